@@ -1,0 +1,13 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""
+Twist, acceleration, jerk and jounce of manipulators by screw theory.
+
+The library needs NumPy only; nothing here imports ROS.
+"""
+from . import se3
+from .body_state import BodyState
+from .chain import SerialChain
+from .joint import Joint, Mimic
+
+__all__ = ['BodyState', 'Joint', 'Mimic', 'SerialChain', 'se3']

@@ -1,0 +1,69 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""
+The errors of the package.
+
+Every error raised on purpose derives from :class:`ScrewKinematicsError`, and from the
+built-in exception a caller would expect, so both ``except ScrewKinematicsError`` and
+``except ValueError`` work. A message names the place (file, robot, joint, parameter),
+the value that was given, and what is allowed.
+"""
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+
+class ScrewKinematicsError(Exception):
+    """Base class of all errors of this package."""
+
+
+class ShapeError(ScrewKinematicsError, ValueError):
+    """An array has the wrong shape."""
+
+    def __init__(self, name: str, expected: str, actual: tuple[int, ...]) -> None:
+        super().__init__(f'{name}: expected shape {expected}, got {tuple(actual)}')
+
+
+class InvalidValueError(ScrewKinematicsError, ValueError):
+    """A value is outside what is allowed."""
+
+
+class UnknownNameError(ScrewKinematicsError, KeyError):
+    """A name is not one of the known ones; the message lists those that are."""
+
+    def __init__(self, what: str, name: object, known: Iterable[str]) -> None:
+        known = list(known)
+        listed = ', '.join(repr(k) for k in known) if known else 'none'
+        super().__init__(f'unknown {what} {name!r}; known: {listed}')
+
+    def __str__(self) -> str:
+        # KeyError shows the repr of its argument, which would quote the message twice.
+        return str(self.args[0])
+
+
+class ModelError(ScrewKinematicsError, ValueError):
+    """A robot description cannot be turned into a chain."""
+
+    def __init__(self, source: str, problem: str) -> None:
+        self.source = source
+        super().__init__(f'{source}: {problem}')
+
+
+class ParameterError(ScrewKinematicsError, ValueError):
+    """A node parameter or command line option has a wrong value."""
+
+    def __init__(self, parameter: str, value: object, allowed: str) -> None:
+        super().__init__(f'parameter {parameter!r} is {value!r}; allowed: {allowed}')
+
+
+class SingularityError(ScrewKinematicsError, ValueError):
+    """An inverse problem has no exact solution at this posture."""
+
+
+class MissingExtraError(ScrewKinematicsError, ImportError):
+    """An optional dependency is not installed."""
+
+    def __init__(self, package: str, extra: str, purpose: str) -> None:
+        super().__init__(
+            f'{purpose} needs the package {package!r}, which is not installed; '
+            f"install it with: pip install 'screw_kinematics[{extra}]'")
