@@ -1,0 +1,135 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The default estimator: a self-tuning bank of filters, with an optional honest delay."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from screw_kinematics.errors import InvalidValueError
+from screw_kinematics.motion.filter_bank import (
+    BANDWIDTHS, combine, FilterBank, FixedLag, mixture_covariance)
+from screw_kinematics.motion.guarded_estimator import GuardedEstimator
+from screw_kinematics.motion.joint_motion import Array, JointMotion
+from screw_kinematics.motion.wiener_process import SCALE, transition
+
+VELOCITY_CHOICES = ('auto', 'position-only')
+
+
+class MotionEstimator(GuardedEstimator):
+    """
+    The self-tuning bank: filters of many bandwidths, weighted by how well each predicts.
+
+    Nothing has to be tuned: noise level, encoder resolution, rate and the vigour of the motion
+    are all read from the data, joint by joint.
+
+    Parameters
+    ----------
+    n_joints:
+        Number of joints.
+    delay:
+        0: estimates describe the latest sample. Above: they describe, and are stamped with, the
+        instant `delay` s before it, and are several times as accurate (0.02 s is a good choice).
+    velocity:
+        ``'auto'``: the measured velocity is used per joint while it earns trust;
+        ``'position-only'``: it is ignored.
+    window:
+        Memory of the filters' weights, s.
+    **limits:
+        `max_gap`, `max_velocity`, `continuous`, ... of `SampleGuard`.
+
+    """
+
+    def __init__(
+        self, n_joints: int, delay: float = 0.0, velocity: str = 'auto', *,
+        window: float = 0.1, **limits: Any,
+    ) -> None:
+        super().__init__(n_joints, delay=delay, **limits)
+        if velocity not in VELOCITY_CHOICES:
+            raise InvalidValueError(f'velocity is {velocity!r}; allowed: {VELOCITY_CHOICES}')
+        if not window > 0.0:
+            raise InvalidValueError(f'window is {window} s; allowed: more than 0')
+        self.velocity = velocity
+        self._bank = self._make_bank(window)
+        self._lag = FixedLag(self.delay) if self.delay > 0 else None
+
+    def _make_bank(self, window: float) -> FilterBank:
+        return FilterBank(self.n_joints, BANDWIDTHS, window)
+
+    def _start(self, stamp: float, position: Array, velocity: Array | None) -> None:
+        self._bank.start(position)
+        self._count = 1
+        self._period = math.nan
+        if self._lag is not None:
+            self._lag.start()
+
+    def _advance(
+        self, stamp: float, dt: float, position: Array, velocity: Array | None
+    ) -> JointMotion | None:
+        self._count += 1
+        period = self._period
+        self._period = period = dt if math.isnan(period) else period + (
+            max(0.01, 1 / self._count) * (min(dt, 3 * period) - period))
+        bank = self._bank
+        step = bank.step(dt, period, position, np.zeros(self.n_joints), None)
+        if self._lag is None:
+            if self._count < self.min_samples:
+                return None
+            return self._motion(stamp, combine(bank.weights, bank.x), bank.x, bank.p)
+        self._lag.push(stamp, step)
+        wanted = stamp - self.delay
+        smoothed = self._lag.smooth(wanted)
+        if smoothed is None or self._count < self.min_samples:
+            return None
+        time, x, p = smoothed
+        state = combine(bank.weights, x) * SCALE[:, None]
+        state = transition(wanted - time).dot(state) / SCALE[:, None]
+        return self._motion(wanted, state, x, p)
+
+    def _motion(self, stamp: float, state: Array, x: Array, p: Array) -> JointMotion:
+        bank = self._bank
+        return JointMotion(stamp, state, mixture_covariance(bank.weights, x, p, bank.noise))
+
+
+class FixedKalmanFilter(MotionEstimator):
+    """
+    One filter of the bank, of given bandwidth and noise; for comparison.
+
+    Parameters
+    ----------
+    n_joints:
+        Number of joints.
+    delay:
+        As in `MotionEstimator`.
+    bandwidth:
+        Bandwidth of the filter, Hz.
+    position_noise:
+        Standard deviation of the measured position, rad or m; it scales the covariance only,
+        because the bandwidth fixes the ratio of process to measurement noise.
+    **limits:
+        `max_gap`, ... of `SampleGuard`.
+
+    """
+
+    def __init__(
+        self, n_joints: int, delay: float = 0.0, *, bandwidth: float = 8.0,
+        position_noise: float = 1e-5, **limits: Any,
+    ) -> None:
+        if not bandwidth > 0.0:
+            raise InvalidValueError(f'bandwidth is {bandwidth} Hz; allowed: more than 0')
+        if not position_noise > 0.0:
+            raise InvalidValueError(f'position_noise is {position_noise}; allowed: more than 0')
+        self.bandwidth = float(bandwidth)
+        self.position_noise = float(position_noise)
+        super().__init__(n_joints, delay, 'position-only', **limits)
+
+    def _make_bank(self, window: float) -> FilterBank:
+        return FilterBank(self.n_joints, {4: (self.bandwidth,)}, window)
+
+    def _motion(self, stamp: float, state: Array, x: Array, p: Array) -> JointMotion:
+        bank = self._bank
+        noise = np.full_like(bank.noise, self.position_noise**2)
+        return JointMotion(stamp, state, mixture_covariance(bank.weights, x, p, noise))

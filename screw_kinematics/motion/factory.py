@@ -1,0 +1,52 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Estimators by name, as a parameter file selects them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from screw_kinematics.errors import UnknownNameError
+from screw_kinematics.motion.estimator import FixedKalmanFilter, MotionEstimator
+from screw_kinematics.motion.finite_differences import FiniteDifferences
+from screw_kinematics.motion.guarded_estimator import GuardedEstimator
+from screw_kinematics.motion.savitzky_golay import SavitzkyGolay
+
+ESTIMATORS: dict[str, type[GuardedEstimator]] = {
+    'bank': MotionEstimator,
+    'kalman': FixedKalmanFilter,
+    'savitzky_golay': SavitzkyGolay,
+    'finite_difference': FiniteDifferences,
+}
+
+
+def make_estimator(kind: str, n_joints: int, **settings: Any) -> GuardedEstimator:
+    """
+    Return a new estimator.
+
+    Parameters
+    ----------
+    kind:
+        ``'bank'`` (`MotionEstimator`), ``'kalman'`` (`FixedKalmanFilter`), ``'savitzky_golay'``
+        or ``'finite_difference'``.
+    n_joints:
+        Number of joints.
+    **settings:
+        Keyword arguments of that class.
+
+    Raises
+    ------
+    UnknownNameError
+        If there is no such kind.
+
+    Examples
+    --------
+    >>> make_estimator('bank', 7, delay=0.02).delay
+    0.02
+
+    """
+    try:
+        estimator = ESTIMATORS[kind]
+    except KeyError:
+        raise UnknownNameError('estimator', kind, ESTIMATORS) from None
+    return estimator(n_joints, **settings)

@@ -1,0 +1,128 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What all estimators share: the guard at the door, the counts, and the run's length."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from screw_kinematics.errors import InvalidValueError
+from screw_kinematics.motion.guard import SampleGuard
+from screw_kinematics.motion.joint_motion import Array, JointMotion
+
+ESTIMATE = 'estimate'
+WARMING_UP = 'warming up'
+
+
+class GuardedEstimator(ABC):
+    """
+    Base of the estimators: refuses bad samples, restarts where needed, accounts for each sample.
+
+    Parameters
+    ----------
+    n_joints:
+        Number of joints.
+    delay:
+        Estimates describe the instant `delay` seconds before the latest sample.
+    min_samples:
+        Samples of a run before the first estimate.
+    **limits:
+        `max_gap`, `continuous`, ... of `SampleGuard`.
+
+    """
+
+    def __init__(
+        self, n_joints: int, *, delay: float = 0.0, min_samples: int = 8, **limits: Any
+    ) -> None:
+        if n_joints < 1:
+            raise InvalidValueError(f'n_joints is {n_joints}; allowed: 1 or more')
+        if not 0.0 <= delay <= 1.0:
+            raise InvalidValueError(f'delay is {delay} s; allowed: 0 to 1 s')
+        if min_samples < 1:
+            raise InvalidValueError(f'min_samples is {min_samples}; allowed: 1 or more')
+        self.n_joints = n_joints
+        self.delay = float(delay)
+        self.min_samples = int(min_samples)
+        self.last_outcome = WARMING_UP
+        """``'estimate'``, ``'warming up'``, or ``'refused: '`` and the reason."""
+        self._guard = SampleGuard(n_joints, **limits)
+
+    def update(
+        self, stamp: float, position: Array, velocity: Array | None = None
+    ) -> JointMotion | None:
+        """
+        Take one sample; return the motion it leads to, or ``None`` (see `last_outcome`).
+
+        Parameters
+        ----------
+        stamp:
+            Time of the sample, s. Subtract a start time in integer nanoseconds first: a float
+            that counts from 1970 resolves only 0.24 us.
+        position: shape (n_joints,)
+            Measured positions, rad or m.
+        velocity: shape (n_joints,)
+            Measured velocities, rad/s or m/s; NaN or ``None`` where not measured.
+
+        """
+        guard = self._guard
+        dt = guard.admit(stamp, np.asarray(position, float))
+        if dt < 0.0:
+            self.last_outcome = f'refused: {guard.last_refusal}'
+            return None
+        if velocity is not None:
+            velocity = np.asarray(velocity, float)
+            if velocity.shape != guard.position.shape:
+                velocity = None
+        if dt == 0.0:
+            self._start(stamp, guard.position, velocity)
+            motion = None
+        else:
+            motion = self._advance(stamp, dt, guard.position, velocity)
+        self.last_outcome = WARMING_UP if motion is None else ESTIMATE
+        return motion
+
+    def reset(self) -> None:
+        """Forget every sample; the counts stay."""
+        self._guard.reset()
+        self.last_outcome = WARMING_UP
+
+    def warm_up(self) -> None:
+        """Do now what would otherwise delay the first samples (compilation, tables)."""
+
+    @property
+    def refusals(self) -> Mapping[str, int]:
+        """How many samples were refused, by reason."""
+        return self._guard.refusals
+
+    @property
+    def last_refusal(self) -> str | None:
+        """Why the latest refused sample was refused."""
+        return self._guard.last_refusal
+
+    @property
+    def restarts(self) -> Mapping[str, int]:
+        """How many runs ended early, by reason."""
+        return self._guard.restarts
+
+    @property
+    def velocity_used(self) -> Array:
+        """Whether the measured velocity of each joint enters the estimate, shape (n_joints,)."""
+        return np.zeros(self.n_joints, bool)
+
+    def doubts(self) -> list[str]:
+        """Return what is odd about the samples, as short sentences."""
+        return []
+
+    @abstractmethod
+    def _start(self, stamp: float, position: Array, velocity: Array | None) -> None:
+        """Begin a run with this sample."""
+
+    @abstractmethod
+    def _advance(
+        self, stamp: float, dt: float, position: Array, velocity: Array | None
+    ) -> JointMotion | None:
+        """Take the next sample of the run, `dt` > 0 after the one before."""
