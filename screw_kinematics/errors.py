@@ -67,3 +67,10 @@ class MissingExtraError(ScrewKinematicsError, ImportError):
         super().__init__(
             f'{purpose} needs the package {package!r}, which is not installed; '
             f"install it with: pip install 'screw_kinematics[{extra}]'")
+
+
+class MalformedMessageError(ScrewKinematicsError, ValueError):
+    """The bytes of a message do not follow its type."""
+
+    def __init__(self, message_type: str, problem: str) -> None:
+        super().__init__(f'a {message_type} message is malformed: {problem}')
