@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,6 +14,9 @@ from .joint import Joint
 from .screws import prismatic_screw, unit_screw
 from .se3 import Array, matvec, rotation_about
 from .states import chain_states
+
+if TYPE_CHECKING:
+    from .program import Program
 
 MAX_ORDER = 4
 
@@ -157,8 +160,9 @@ class SerialChain:
         """
         pose, axes, points = self._kinematics(q)
         screws = self._screws(axes, points, _pole_point(pose, pole))
-        return np.stack(np.broadcast_arrays(*screws), axis=-2) if screws \
-            else np.zeros(pose.shape[:-2] + (0, 6))
+        shape = pose.shape[:-2] + (6,)
+        return np.stack([np.broadcast_to(screw, shape) for screw in screws], axis=-2) \
+            if screws else np.zeros(pose.shape[:-2] + (0, 6))
 
     def state(self, q: Any, *derivatives: Any) -> BodyState:
         """
@@ -190,6 +194,31 @@ class SerialChain:
         return BodyState(pose, tuple(reduced), tip,
                          base_frame=self.base_frame, tip_frame=self.tip_frame)
 
+    def compile(self, outputs: Iterable[str] = ('pose', 'twist', 'accel'),
+                backend: str = 'auto', axes: str = 'base', pole: str = 'tip') -> Program:
+        """
+        Return a straight-line program of this chain, which is much faster than the chain.
+
+        Parameters
+        ----------
+        outputs : iterable of str
+            Any of 'pose' (position, then rotation by rows), 'twist', 'accel', 'jerk',
+            'snap' (classical), 'reduced_accel', 'reduced_jerk', 'reduced_snap' and
+            'jacobian' (6 x dof by rows).
+        backend : {'auto', 'python', 'numba'}
+            'auto' is 'numba' where Numba is installed.
+        axes, pole : {'base', 'tip'}
+            Whose axes all but the pose are in, and the point they refer to.
+
+        Raises
+        ------
+        UnknownNameError, InvalidValueError
+            An argument is none of the allowed ones.
+
+        """
+        from .compile import compile_chain
+        return compile_chain(self, outputs, backend, axes, pole)
+
     def _kinematics(self, q: Any) -> tuple[Array, list[Array], list[Array]]:
         """Return pose, and each joint's present axis direction and point on it."""
         values = self.joint_values(q)
@@ -212,7 +241,7 @@ class SerialChain:
             if joint.kind != 'prismatic':
                 rotation = rotation @ rotation_about(joint.axis, value)
             if joint.kind == 'helical':
-                point = point + (joint.pitch * value)[..., None] * axis
+                point = point + np.asarray(joint.pitch * value)[..., None] * axis
         tool = self.T_base_tool
         position = point + matvec(rotation, tool[:3, 3] - home)
         orientation = rotation @ tool[:3, :3]

@@ -1,0 +1,55 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The program as one plain Python function of floats: no compiler, nothing to install."""
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+
+from ..trace import StraightLine
+from .statements import assignments
+
+Evaluate = Callable[[Sequence[float]], Sequence[float]]
+
+
+def python_source(line: StraightLine, input_names: Sequence[str], name: str = 'evaluate',
+                  docstring: str = '') -> str:
+    """
+    Return the text of a Python function from one sequence to a tuple of floats.
+
+    Parameters
+    ----------
+    line : StraightLine
+    input_names : sequence of str
+        How the entries of the sequence are called in the text.
+    name : str
+    docstring : str
+
+    Examples
+    --------
+    >>> from screw_kinematics.trace import Graph, straight_line
+    >>> x, y = Graph().inputs(2)
+    >>> print(python_source(straight_line(2, [x.sin() * y + 2]), ['x', 'y']))
+    def evaluate(values, sin=sin, cos=cos, sqrt=sqrt):
+        x, y, = values
+        return sin(x) * y + 2.0,
+    <BLANKLINE>
+
+    """
+    text = assignments(line, input_names)
+    # The functions are defaults, so that the interpreter finds them among the locals.
+    rows = [f'def {name}(values, sin=sin, cos=cos, sqrt=sqrt):']
+    if docstring:
+        rows += [f'    """{docstring}"""']
+    if input_names:
+        rows += [f'    {", ".join(input_names)}, = values']
+    rows += [f'    {target} = {expression}' for target, expression in text.body]
+    rows += [f'    return {", ".join(text.outputs)},']
+    return '\n'.join(rows) + '\n'
+
+
+def python_function(line: StraightLine, input_names: Sequence[str]) -> Evaluate:
+    """Return the program as a function from a sequence of floats to a tuple."""
+    scope = {'sin': math.sin, 'cos': math.cos, 'sqrt': math.sqrt}
+    exec(compile(python_source(line, input_names), '<screw_kinematics program>', 'exec'), scope)
+    return scope['evaluate']    # type: ignore[return-value]

@@ -1,0 +1,83 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Tracing of chains: from the names of outputs to a compiled program."""
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any, TYPE_CHECKING
+
+import numpy as np
+
+from .errors import InvalidValueError, UnknownNameError
+from .program import Program
+from .se3 import Array, rotate
+from .trace import Graph, StraightLine, straight_line
+
+if TYPE_CHECKING:
+    from .chain import SerialChain
+
+ORDERS = {'pose': 0, 'jacobian': 0, 'twist': 1, 'accel': 2, 'reduced_accel': 2, 'jerk': 3,
+          'reduced_jerk': 3, 'snap': 4, 'reduced_snap': 4}
+"""Outputs, and the highest derivative of the joint positions that each needs."""
+
+FRAMES = ('base', 'tip')
+
+
+def compile_chain(chain: SerialChain, outputs: Iterable[str] = ('pose', 'twist', 'accel'),
+                  backend: str = 'auto', axes: str = 'base', pole: str = 'tip') -> Program:
+    """
+    Return the compiled program of a chain; see :meth:`SerialChain.compile`.
+
+    Raises
+    ------
+    UnknownNameError, InvalidValueError
+        An output, backend, axes or pole is unknown; the message lists those that exist.
+
+    """
+    outputs = (outputs,) if isinstance(outputs, str) else tuple(outputs)
+    if not outputs:
+        raise InvalidValueError(f'no outputs asked for; known: {", ".join(ORDERS)}')
+    for output in outputs:
+        if output not in ORDERS:
+            raise UnknownNameError('output', output, ORDERS)
+        if outputs.count(output) > 1:
+            raise InvalidValueError(f'output {output!r} is asked for more than once')
+    for what, value in (('axes', axes), ('pole', pole)):
+        if value not in FRAMES:
+            raise UnknownNameError(what, value, FRAMES)
+    order = max(ORDERS[output] for output in outputs)
+    line = trace_chain(chain, outputs, order, axes, pole)
+    sizes = {name: 12 if name == 'pose' else 6 * chain.dof if name == 'jacobian' else 6
+             for name in outputs}
+    return Program(line, sizes, chain.joint_names, order, backend, axes, pole,
+                   chain.base_frame, chain.tip_frame)
+
+
+def trace_chain(chain: SerialChain, outputs: Iterable[str], order: int, axes: str,
+                pole: str) -> StraightLine:
+    """Return the straight-line program of a chain's outputs, in the order given."""
+    n = chain.dof
+    inputs = Graph().inputs((order + 1) * n)
+    q, *derivatives = [inputs[k * n:(k + 1) * n] for k in range(order + 1)]
+    state = chain.state(q, *derivatives).about(pole).expressed_in(axes)
+    values: list[Any] = []
+    for name in outputs:
+        if name == 'pose':
+            values += [*state.pose[:3, 3], *state.pose[:3, :3].ravel()]
+        elif name == 'jacobian':
+            values += [*_jacobian(chain, q, state.pose, axes, pole).ravel()]
+        elif name.startswith('reduced_'):
+            values += [*state.reduced[ORDERS[name] - 1]]
+        else:
+            values += [*state.classical(ORDERS[name])]
+    return straight_line(len(inputs), values)
+
+
+def _jacobian(chain: SerialChain, q: Array, pose: Array, axes: str, pole: str) -> Array:
+    """Return d twist / d qd of the measured joints, shape (6, dof)."""
+    jacobian = np.zeros((6, chain.dof), dtype=object)
+    for joint, screw in zip(chain.joints, chain.screws(q, pole)):
+        column = rotate(pose[:3, :3].T, screw) if axes == 'tip' else screw
+        multiplier = 1 if joint.mimic is None else joint.mimic.multiplier
+        jacobian[:, chain.joint_names.index(joint.source)] += multiplier * column
+    return jacobian

@@ -1,0 +1,130 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A compiled chain: one call from joint motion to the motion of the tip."""
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from .backends import make_backend
+from .errors import InvalidValueError, ShapeError
+from .se3 import Array
+from .trace import StraightLine
+
+DERIVATIVES = ('q', 'qd', 'qdd', 'qddd', 'qdddd')
+
+
+class Program:
+    """
+    The straight-line program of a chain, on a backend.
+
+    Made by ``chain.compile(...)``. Six-vectors are angular first, SI units.
+
+    Parameters
+    ----------
+    line : StraightLine
+    sizes : mapping from str to int
+        Names of the outputs, in order, and how many numbers each has.
+    joint_names : sequence of str
+        Measured joints: the order of the entries of q.
+    order : int
+        Highest derivative of q among the inputs.
+    backend : {'auto', 'python', 'numba'}
+        'auto' is 'numba' where Numba is installed.
+    axes, pole : {'base', 'tip'}
+        Whose axes the six-vectors are in, and which point they refer to.
+    base_frame, tip_frame : str
+
+    Attributes
+    ----------
+    inputs : int
+        Numbers that :meth:`evaluate` takes: q, then qd, ... up to ``order``.
+    slices : dict from str to slice
+        Where each output is in the result of :meth:`evaluate`.
+    evaluate : callable
+        From a sequence of ``inputs`` floats to a sequence of floats, all outputs one
+        after the other.
+    backend : str
+        'python' or 'numba'.
+
+    """
+
+    def __init__(self, line: StraightLine, sizes: Mapping[str, int],
+                 joint_names: Sequence[str], order: int, backend: str = 'auto',
+                 axes: str = 'base', pole: str = 'tip', base_frame: str = 'base',
+                 tip_frame: str = 'tool') -> None:
+        self.line = line
+        self.outputs = tuple(sizes)
+        self.joint_names = tuple(joint_names)
+        self.dof = len(self.joint_names)
+        self.order = order
+        self.inputs = (order + 1) * self.dof
+        self.axes, self.pole = axes, pole
+        self.base_frame, self.tip_frame = base_frame, tip_frame
+        ends = np.cumsum([0, *sizes.values()]).tolist()
+        self.slices = {name: slice(a, b) for name, a, b in zip(sizes, ends, ends[1:])}
+        self.input_names = tuple(
+            f'{derivative}{k}' for derivative in DERIVATIVES[:order + 1]
+            for k in range(1, self.dof + 1))
+        self._backend = make_backend(backend, line, self.input_names)
+        self.backend = self._backend.name
+        self.evaluate = self._backend.evaluate
+
+    def __repr__(self) -> str:
+        return (f'Program({", ".join(self.outputs)}; {self.dof} joints, axes of the '
+                f'{self.axes}, pole at the {self.pole}, {self.backend})')
+
+    def __call__(self, *motion: Any) -> dict[str, Array]:
+        """
+        Return the outputs for one sample.
+
+        Parameters
+        ----------
+        *motion : array, shape (dof,)
+            q and its derivatives up to at least ``order``.
+
+        Returns
+        -------
+        dict from str to array, shape (size of the output,)
+
+        """
+        parts = self._checked(motion, 1)
+        flat = np.array(self.evaluate(np.concatenate(parts).tolist()))
+        return {name: flat[part] for name, part in self.slices.items()}
+
+    def batch(self, *motion: Any) -> dict[str, Array]:
+        """
+        Return the outputs for many samples.
+
+        Parameters
+        ----------
+        *motion : array, shape (N, dof)
+            q and its derivatives up to at least ``order``.
+
+        Returns
+        -------
+        dict from str to array, shape (N, size of the output)
+            Views of one array.
+
+        """
+        results = self._backend.batch(self._checked(motion, 2))
+        return {name: results[:, part] for name, part in self.slices.items()}
+
+    def warm_up(self) -> None:
+        """Compile now what would otherwise be compiled on the first call."""
+        self._backend.warm_up()
+
+    def _checked(self, motion: Sequence[Any], ndim: int) -> list[Array]:
+        needed = DERIVATIVES[:self.order + 1]
+        if len(motion) < len(needed):
+            raise InvalidValueError(
+                f'{self!r} needs {", ".join(needed)}; got {len(motion)} of them')
+        parts = [np.asarray(part, dtype=float) for part in motion[:len(needed)]]
+        expected = ((len(parts[0]),) if ndim == 2 and parts[0].ndim else ()) + (self.dof,)
+        for name, part in zip(needed, parts):
+            if part.ndim != ndim or part.shape != expected:
+                shape = f'({"N, " if ndim == 2 else ""}{self.dof}{"," if ndim == 1 else ""})'
+                raise ShapeError(name, shape + ', all alike', part.shape)
+        return parts

@@ -1,0 +1,207 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Compiled programs against the chain itself: all outputs, axes, poles and backends."""
+import numpy as np
+import pytest
+
+from screw_kinematics import Joint, Mimic, SerialChain
+from screw_kinematics.errors import InvalidValueError, ShapeError, UnknownNameError
+from screw_kinematics.se3 import rotation_about
+
+OUTPUTS = ('pose', 'twist', 'accel', 'reduced_accel', 'jerk', 'reduced_jerk', 'snap',
+           'reduced_snap', 'jacobian')
+
+
+def displacement(axis, angle, position):
+    T = np.eye(4)
+    T[:3, :3] = rotation_about(np.array(axis) / np.linalg.norm(axis), angle)
+    T[:3, 3] = position
+    return T
+
+
+def from_dh(d, a, alpha):
+    T, joints = np.eye(4), []
+    for k in range(len(d)):
+        joints.append(Joint(f'q{k + 1}', 'revolute', axis=T[:3, 2], point=T[:3, 3]))
+        T = T @ displacement([0, 0, 1], 0.0, [0, 0, d[k]])
+        T = T @ displacement([1, 0, 0], alpha[k], [a[k], 0, 0])
+    return SerialChain(joints, T)
+
+
+def panda():
+    z, y = np.array([0, 0, 1]), np.array([0, 1, 0])
+    axes = [z, y, z, -y, z, -y, -z]
+    points = [(0, 0, 0.333), (0, 0, 0.333), (0, 0, 0.649), (0.0825, 0, 0.649),
+              (0, 0, 1.033), (0, 0, 1.033), (0.088, 0, 1.033)]
+    flange = displacement([1, 0, 0], np.pi, [0.088, 0, 1.033])
+    hand = displacement([0, 0, 1], -np.pi / 4, [0, 0, 0.2104])
+    return SerialChain([Joint(f'q{k}', 'revolute', axis, point)
+                        for k, (axis, point) in enumerate(zip(axes, points))], flange @ hand)
+
+
+def puma():
+    return from_dh(np.array([0, 144.09, 0, 433.07, 0, 56.25]) / 1e3,
+                   np.array([0, 431.8, -20.32, 0, 0, 0]) / 1e3,
+                   np.array([-1, 0, 1, -1, 1, 0]) * np.pi / 2)
+
+
+def rpr():
+    return SerialChain([Joint('q1', 'revolute', (0, 0, 1)),
+                        Joint('q2', 'prismatic', (1, 0, 0)),
+                        Joint('q3', 'revolute', (0, 0, 1))],
+                       displacement([0, 0, 1], 0.0, [0.3, 0, 0]))
+
+
+def skew_axes(seed, n):
+    """Return a chain of all kinds of joints with axes in no special position."""
+    rng = np.random.default_rng(seed)
+    kinds = ['helical', 'prismatic', 'revolute', 'continuous']
+    joints = [Joint(f'q{k}', kinds[k % 4], rng.normal(size=3), rng.normal(size=3),
+                    pitch=rng.normal() if k % 4 == 0 else 0) for k in range(n)]
+    return SerialChain(joints, displacement(rng.normal(size=3), 2.0, rng.normal(size=3)))
+
+
+def mimicking():
+    rng = np.random.default_rng(5)
+    kinds = ['revolute', 'prismatic', 'helical', 'revolute', 'revolute']
+    mimics = [None, Mimic('a', 0.3, 0.1), Mimic('a', -2.0), None, Mimic('elsewhere', 1, -1)]
+    return SerialChain(
+        [Joint(name, kind, rng.normal(size=3), rng.normal(size=3),
+               pitch=0.2 if kind == 'helical' else 0, mimic=mimic)
+         for name, kind, mimic in zip('abcde', kinds, mimics)],
+        displacement(rng.normal(size=3), 1.0, rng.normal(size=3)))
+
+
+CHAINS = {'panda': panda(), 'puma': puma(), 'rpr': rpr(), 'skew4': skew_axes(1, 4),
+          'skew6': skew_axes(2, 6), 'mimic': mimicking(),
+          'slide': SerialChain([Joint('q', 'prismatic', (0, 1, 0))])}
+
+
+def motion(chain, n, order=4, seed=0):
+    rng = np.random.default_rng(seed)
+    return [rng.normal(size=(n, chain.dof)) * (3.0 if k == 0 else 1.0)
+            for k in range(order + 1)]
+
+
+def reference(chain, motion, axes='base', pole='tip'):
+    """Return the outputs as the recursion itself gives them."""
+    state = chain.state(*motion).about(pole).expressed_in(axes)
+    rows = len(motion[0])
+    columns = np.zeros((rows, 6, chain.dof))
+    for joint, screw in zip(chain.joints, np.moveaxis(chain.screws(motion[0], pole), 1, 0)):
+        if axes == 'tip':
+            turned = np.swapaxes(state.pose[:, :3, :3], 1, 2)
+            screw = (turned[:, None] @ screw.reshape(-1, 2, 3, 1)).reshape(-1, 6)
+        factor = joint.mimic.multiplier if joint.mimic else 1
+        columns[:, :, chain.joint_names.index(joint.source)] += factor * screw
+    names = ('twist', 'accel', 'jerk', 'snap')
+    return {
+        'pose': np.hstack([state.pose[:, :3, 3], state.pose[:, :3, :3].reshape(-1, 9)]),
+        'jacobian': columns.reshape(rows, -1),
+        **{name: state.classical(n) for n, name in enumerate(names, start=1)},
+        **{f'reduced_{name}': state.reduced[n] for n, name in enumerate(names[1:], start=1)}}
+
+
+def assert_close(actual, expected, tolerance=1e-13):
+    """Compare relative to the largest value of each sample, 1 at least."""
+    scale = np.maximum(1.0, np.abs(expected).max(axis=-1, keepdims=True, initial=0.0))
+    assert actual.shape == expected.shape
+    assert np.all(np.abs(actual - expected) <= tolerance * scale)
+
+
+@pytest.fixture(params=['python'])
+def backend(request):
+    return request.param
+
+
+@pytest.mark.parametrize('axes', ['base', 'tip'])
+@pytest.mark.parametrize('pole', ['base', 'tip'])
+@pytest.mark.parametrize('name', CHAINS)
+def test_all_outputs_agree_with_the_recursion(name, axes, pole, backend):
+    chain = CHAINS[name]
+    program = chain.compile(OUTPUTS, backend, axes, pole)
+    samples = motion(chain, 20)
+    expected = reference(chain, samples, axes, pole)
+    batch = program.batch(*samples)
+    assert tuple(batch) == OUTPUTS
+    for output in OUTPUTS:
+        assert_close(batch[output], expected[output], 2e-13)
+    single = program(*[part[3] for part in samples])
+    for output in OUTPUTS:
+        assert_close(single[output], batch[output][3])
+
+
+@pytest.mark.parametrize('n', [0, 1, 7, 2000, 2001])
+def test_batches_of_any_length(n, backend):
+    chain = CHAINS['rpr']
+    program = chain.compile(backend=backend)
+    samples = motion(chain, n, order=2)
+    expected = chain.state(*samples)
+    results = program.batch(*samples)
+    assert_close(results['twist'], expected.velocity)
+    assert_close(results['accel'], expected.classical(2))
+
+
+def test_evaluate_is_flat_and_in_the_order_asked(backend):
+    chain = CHAINS['panda']
+    program = chain.compile(('twist', 'pose'), backend)
+    q, qd = motion(chain, 1, order=1)
+    assert program.order == 1 and program.inputs == 14
+    flat = np.array(program.evaluate([*q[0], *qd[0]]))
+    assert program.slices == {'twist': slice(0, 6), 'pose': slice(6, 18)}
+    assert_close(flat[:6], chain.state(q[0], qd[0]).velocity)
+    assert_close(flat[6:9], chain.pose(q[0])[:3, 3])
+
+
+@pytest.mark.parametrize('outputs, order', [
+    ('pose', 0), (('jacobian',), 0), (('pose', 'twist'), 1), (('reduced_accel',), 2),
+    (('jerk', 'twist'), 3), (('reduced_snap',), 4)])
+def test_inputs_go_as_far_as_the_outputs_need(outputs, order):
+    program = CHAINS['rpr'].compile(outputs)
+    assert program.order == order
+    assert program.inputs == 3 * (order + 1)
+
+
+def test_not_finite_inputs_do_not_raise_in_batches(backend):
+    chain = CHAINS['panda']
+    samples = motion(chain, 5, order=2)
+    samples[0][1, 2] = np.nan
+    samples[0][2, 2] = np.inf
+    results = chain.compile(backend=backend).batch(*samples)['twist']
+    assert np.isnan(results[1:3]).any(axis=1).all()
+    assert np.isfinite(results[[0, 3, 4]]).all()
+
+
+def test_nan_goes_through_a_single_sample(backend):
+    chain = CHAINS['panda']
+    program = chain.compile(backend=backend)
+    assert np.isnan(program.evaluate([float('nan')] * program.inputs)).any()
+
+
+@pytest.mark.parametrize('arguments, error, match', [
+    ({'outputs': ('pose', 'speed')}, UnknownNameError, "output 'speed'; known: 'pose'"),
+    ({'outputs': ()}, InvalidValueError, 'no outputs asked for; known: pose'),
+    ({'outputs': ('pose', 'pose')}, InvalidValueError, "'pose' is asked for more than once"),
+    ({'backend': 'cuda'}, UnknownNameError, "backend 'cuda'; known: 'auto', 'python'"),
+    ({'axes': 'world'}, UnknownNameError, "axes 'world'; known: 'base', 'tip'"),
+    ({'pole': 'hand'}, UnknownNameError, "pole 'hand'; known: 'base', 'tip'")])
+def test_what_is_unknown_is_refused_with_the_alternatives(arguments, error, match):
+    with pytest.raises(error, match=match):
+        CHAINS['rpr'].compile(**arguments)
+
+
+def test_missing_derivatives_are_named():
+    program = CHAINS['rpr'].compile('accel')
+    with pytest.raises(InvalidValueError, match='needs q, qd, qdd; got 2 of them'):
+        program([0, 0, 0], [0, 0, 0])
+
+
+@pytest.mark.parametrize('call, shapes, match', [
+    ('__call__', [(3,), (4,)], r'qd: expected shape \(3,\), all alike, got \(4,\)'),
+    ('__call__', [(2, 3), (2, 3)], r'q: expected shape \(3,\), all alike, got'),
+    ('batch', [(5, 3), (4, 3)], r'qd: expected shape \(N, 3\), all alike, got \(4, 3\)'),
+    ('batch', [(3,), (3,)], r'q: expected shape \(N, 3\), all alike, got \(3,\)')])
+def test_wrong_shapes_are_refused(call, shapes, match):
+    program = CHAINS['rpr'].compile('twist')
+    with pytest.raises(ShapeError, match=match):
+        getattr(program, call)(*[np.zeros(shape) for shape in shapes])
