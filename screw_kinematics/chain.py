@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Any
+from typing import Any, TYPE_CHECKING
 
 import numpy as np
 
@@ -194,8 +194,9 @@ class SerialChain:
         return BodyState(pose, tuple(reduced), tip,
                          base_frame=self.base_frame, tip_frame=self.tip_frame)
 
-    def compile(self, outputs: Iterable[str] = ('pose', 'twist', 'accel'),
-                backend: str = 'auto', axes: str = 'base', pole: str = 'tip') -> Program:
+    def compile(    # noqa: A003
+            self, outputs: Iterable[str] = ('pose', 'twist', 'accel'),
+            backend: str = 'auto', axes: str = 'base', pole: str = 'tip') -> Program:
         """
         Return a straight-line program of this chain, which is much faster than the chain.
 

@@ -11,7 +11,7 @@ import numpy as np
 from .errors import InvalidValueError, UnknownNameError
 from .program import Program
 from .se3 import Array, rotate
-from .trace import Graph, StraightLine, straight_line
+from .trace import Graph, straight_line, StraightLine
 
 if TYPE_CHECKING:
     from .chain import SerialChain

@@ -1,5 +1,6 @@
 # Copyright screw_kinematics contributors
 # SPDX-License-Identifier: Apache-2.0
+# flake8: noqa: A005
 """
 Scalar expressions, and the straight-line program they amount to.
 

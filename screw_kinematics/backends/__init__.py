@@ -6,11 +6,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Protocol
 
+from .numpy_blocks import NumpyBlocks
+from .plain import Evaluate, python_function
 from ..errors import UnknownNameError
 from ..se3 import Array
 from ..trace import StraightLine
-from .numpy_blocks import NumpyBlocks
-from .plain import Evaluate, python_function
 
 BACKENDS = ('auto', 'python', 'numba')
 

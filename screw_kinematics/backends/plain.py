@@ -3,11 +3,11 @@
 """The program as one plain Python function of floats: no compiler, nothing to install."""
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
+import math
 
-from ..trace import StraightLine
 from .statements import assignments
+from ..trace import StraightLine
 
 Evaluate = Callable[[Sequence[float]], Sequence[float]]
 
@@ -20,10 +20,13 @@ def python_source(line: StraightLine, input_names: Sequence[str], name: str = 'e
     Parameters
     ----------
     line : StraightLine
+        The program.
     input_names : sequence of str
         How the entries of the sequence are called in the text.
     name : str
+        Name of the function.
     docstring : str
+        Its docstring.
 
     Examples
     --------
@@ -32,7 +35,7 @@ def python_source(line: StraightLine, input_names: Sequence[str], name: str = 'e
     >>> print(python_source(straight_line(2, [x.sin() * y + 2]), ['x', 'y']))
     def evaluate(values, sin=sin, cos=cos, sqrt=sqrt):
         x, y, = values
-        return sin(x) * y + 2.0,
+        return y * sin(x) + 2.0,
     <BLANKLINE>
 
     """

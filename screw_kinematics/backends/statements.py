@@ -60,6 +60,7 @@ def assignments(line: StraightLine, input_names: Sequence[str],
     Parameters
     ----------
     line : StraightLine
+        The program.
     input_names : sequence of str
         How the inputs are called.
     name : callable
