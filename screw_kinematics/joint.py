@@ -80,10 +80,12 @@ class Joint:
         for key in ('axis', 'point'):
             object.__setattr__(self, key, self._vector(key))
         if self.axis.dtype != object:
-            norm = float(np.linalg.norm(self.axis))
-            if not norm > 0:
+            largest = float(np.max(np.abs(self.axis)))
+            if not largest > 0:
                 raise InvalidValueError(f'joint {self.name!r}: axis must not be zero')
-            unit = self.axis / norm
+            # An exact power of two first, or the squares would leave the floats' range.
+            unit = np.ldexp(self.axis, -np.frexp(largest)[1])
+            unit = unit / np.linalg.norm(unit)
             unit.setflags(write=False)
             object.__setattr__(self, 'axis', unit)
         if isinstance(self.pitch, (int, float)):

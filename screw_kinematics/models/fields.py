@@ -1,0 +1,169 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Checked reading of a description's fields; errors name place, key, value, allowed."""
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+import math
+import reprlib
+from typing import Any
+
+from ..errors import ModelError, ScrewKinematicsError
+
+_SHOWN = 12     # names listed in a message before it says how many more there are
+_short = reprlib.Repr()
+_short.maxstring = _short.maxother = 80
+
+
+def shown(value: Any) -> str:
+    """
+    Return a value for a message, never much longer than a line.
+
+    Examples
+    --------
+    >>> shown('no number')
+    "'no number'"
+
+    """
+    return _short.repr(value)
+
+
+def listed(names: Iterable[str]) -> str:
+    """
+    Return names for a message, quoted, at most a dozen of them.
+
+    Examples
+    --------
+    >>> listed(['base', 'tool'])
+    "'base', 'tool'"
+
+    """
+    names = list(names)
+    text = ', '.join(shown(name) for name in names[:_SHOWN]) or 'none'
+    return text if len(names) <= _SHOWN else f'{text} and {len(names) - _SHOWN} more'
+
+
+def number(value: Any) -> float | None:
+    """
+    Return a finite float, or None where the value is not one.
+
+    Text is accepted because XML has nothing else and YAML 1.1 reads 1e-3 as text.
+
+    Examples
+    --------
+    >>> number('1e-3'), number('nan'), number(True)
+    (0.001, None, None)
+
+    """
+    if isinstance(value, bool) or not isinstance(value, (int, float, str)):
+        return None
+    if isinstance(value, str) and '_' in value:     # Python reads 1_000, XML does not
+        return None
+    try:
+        result = float(value)
+    except (ValueError, OverflowError):
+        return None
+    return result if math.isfinite(result) else None
+
+
+@contextmanager
+def reported(source: str) -> Iterator[None]:
+    """Add the source to errors of joints and chains built from it."""
+    try:
+        yield
+    except ModelError:
+        raise
+    except ScrewKinematicsError as error:
+        raise ModelError(source, str(error)) from error
+
+
+class Fields:
+    """
+    The fields of one part of a description.
+
+    Parameters
+    ----------
+    source : str
+        File or topic the description comes from.
+    place : str
+        Which part of it this is, for instance ``joint 'q1'``; may be empty.
+    values : mapping
+        Keys and values as read.
+    known : sequence of str, optional
+        Keys allowed; any other is refused. Default: all.
+
+    Raises
+    ------
+    ModelError
+        The part is no mapping, or a key is not allowed. All methods raise it too, where
+        a value is missing or not usable.
+
+    """
+
+    def __init__(self, source: str, place: str, values: Any,
+                 known: Sequence[str] | None = None) -> None:
+        self.source, self.place = source, place
+        if not isinstance(values, Mapping):
+            raise self.wrong(values, f'keys with values ({listed(known or ())})')
+        self._values = values
+        for key in values:
+            if known is not None and key not in known:
+                raise self.error(f'unknown key {shown(key)}; allowed: {listed(known)}')
+
+    def __contains__(self, key: str) -> bool:
+        return key in self._values
+
+    def error(self, problem: str) -> ModelError:
+        """Return the error for a problem at this place."""
+        return ModelError(self.source, f'{self.place}: {problem}' if self.place else problem)
+
+    def wrong(self, value: Any, allowed: str, key: str = '') -> ModelError:
+        """Return the error for a value that is not allowed."""
+        label = f'{key}: ' if key else ''
+        return self.error(f'{label}got {shown(value)}; allowed: {allowed}')
+
+    def raw(self, key: str, default: Any = None) -> Any:
+        """Return the value as read."""
+        return self._values.get(key, default)
+
+    def text(self, key: str, default: str | None = None) -> str:
+        """Return a text that is not empty; required unless there is a default."""
+        value = self.raw(key, default)
+        if not isinstance(value, str) or not value.strip():
+            raise self.wrong(value, 'text (in quotes where YAML reads something else)', key)
+        return value
+
+    def choice(self, key: str, options: Iterable[str], default: str | None = None) -> str:
+        """Return one of the options; required unless there is a default."""
+        value = self.raw(key, default)
+        options = tuple(options)
+        if not isinstance(value, str) or value not in options:
+            raise self.wrong(value, listed(options), key)
+        return value
+
+    def number(self, key: str, default: float | None = None) -> float:
+        """Return a finite number; required unless there is a default."""
+        value = self.raw(key, default)
+        result = number(value)
+        if result is None:
+            raise self.wrong(value, 'a finite number', key)
+        return result
+
+    def numbers(self, key: str, count: int,
+                default: Sequence[float] | None = None) -> list[float]:
+        """Return finite numbers, from a sequence or from text with blanks between."""
+        value = self.raw(key, default)
+        parts = value.split() if isinstance(value, str) else value
+        if isinstance(parts, Sequence) and len(parts) == count:
+            result = [x for x in map(number, parts) if x is not None]
+            if len(result) == count:
+                return result
+        raise self.wrong(value, f'{count} finite numbers', key)
+
+    def items(self, key: str, most: int) -> Sequence[Any]:
+        """Return a list of one to ``most`` entries."""
+        value = self.raw(key)
+        if not isinstance(value, list) or not 1 <= len(value) <= most:
+            raise self.wrong(value, f'a list of 1 to {most} entries', key)
+        return value

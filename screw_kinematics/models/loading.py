@@ -1,0 +1,111 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""One way in for every kind of robot description."""
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from .fields import listed
+from .model_file import chain_from_data
+from .robot_xml import MAX_BYTES
+from .safe_yaml import read_yaml
+from .urdf import chain_from_urdf
+from .uri import local_path
+from ..chain import SerialChain
+from ..errors import MissingExtraError, ModelError
+
+ENDINGS = ('.yaml', '.yml', '.urdf', '.xacro')
+
+
+def load(uri: str | os.PathLike[str], base_frame: str | None = None,
+         tip_frame: str | None = None) -> SerialChain:
+    """
+    Return the robot a file describes.
+
+    Parameters
+    ----------
+    uri : str or path
+        ``package://<package>/<path>``, ``file:///<path>`` or a path, ending in .yaml or
+        .yml (a model file), .urdf, or .xacro (needs the package xacro).
+    base_frame, tip_frame : str, optional
+        Frames the motion is measured between. Default: what a model file says; the root
+        link and the only leaf of a URDF.
+
+    Returns
+    -------
+    SerialChain
+
+    Raises
+    ------
+    ModelError
+        The file is not found, not readable, or no valid description; the message names
+        file, joint, key, value, and what is allowed.
+    MissingExtraError
+        The file needs xacro, which is not installed.
+
+    Examples
+    --------
+    >>> load('package://screw_kinematics/config/robots/puma560.yaml').joint_names
+    ('q1', 'q2', 'q3', 'q4', 'q5', 'q6')
+
+    """
+    source = os.fspath(uri)
+    path = local_path(source)
+    ending = path.suffix.lower()
+    if ending not in ENDINGS:
+        raise ModelError(source, f'ending: got {ending!r}; allowed: {listed(ENDINGS)}')
+    if ending == '.xacro':
+        return load_urdf(_expand_xacro(source, path), base_frame, tip_frame, source)
+    content = _content(source, path)
+    if ending == '.urdf':
+        return load_urdf(content, base_frame, tip_frame, source)
+    return chain_from_data(read_yaml(source, content), source, path.stem,
+                           base_frame, tip_frame)
+
+
+def load_urdf(text: str | bytes, base_frame: str | None = None, tip_frame: str | None = None,
+              source: str = 'robot_description') -> SerialChain:
+    """
+    Return the chain between two links of a URDF text.
+
+    Parameters
+    ----------
+    text : str or bytes
+        The XML document, as the topic ``robot_description`` has it.
+    base_frame, tip_frame : str, optional
+        Any two links; default: the root link and the only leaf below the base frame.
+    source : str
+        Where the text comes from, for messages.
+
+    Returns
+    -------
+    SerialChain
+
+    Raises
+    ------
+    ModelError
+        As :func:`load`.
+
+    """
+    return chain_from_urdf(text, base_frame, tip_frame, source)
+
+
+def _content(source: str, path: Path) -> bytes:
+    try:
+        with path.open('rb') as file:
+            return file.read(MAX_BYTES + 1)     # one more, for the reader to refuse
+    except OSError as error:
+        raise ModelError(source, f'cannot be read: {error}') from error
+
+
+def _expand_xacro(source: str, path: Path) -> str:
+    try:
+        import xacro
+    except ImportError:
+        raise MissingExtraError('xacro', 'xacro', f'reading {source}') from None
+    try:
+        text: str = xacro.process_file(str(path)).toxml()
+    except Exception as error:      # xacro raises whatever the file's expressions raise
+        raise ModelError(source, f'xacro: {error}') from error
+    return text

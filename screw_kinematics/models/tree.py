@@ -1,0 +1,138 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The links of a description as a tree, and the path between two of them."""
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from .fields import listed
+from ..errors import ModelError
+
+
+@dataclass(frozen=True)
+class Edge:
+    """A joint as the connection of two links, both given by name."""
+
+    joint: str
+    parent: str
+    child: str
+
+
+class LinkTree:
+    """
+    Links connected by joints; every step of the work is linear in their number.
+
+    Parameters
+    ----------
+    source : str
+        File or topic, for messages.
+    links : iterable of str
+    edges : iterable of Edge
+
+    Raises
+    ------
+    ModelError
+        The links do not form one tree: a name is given twice or not at all, a link has
+        two parents, there are several roots, or a cycle.
+
+    Examples
+    --------
+    >>> tree = LinkTree('doc', ['a', 'b', 'c'], [Edge('j', 'a', 'b'), Edge('k', 'a', 'c')])
+    >>> tree.root, tree.leaves('a')
+    ('a', ['b', 'c'])
+    >>> [(edge.joint, downwards) for edge, downwards in tree.path('b', 'c')]
+    [('j', False), ('k', True)]
+
+    """
+
+    def __init__(self, source: str, links: Iterable[str], edges: Iterable[Edge]) -> None:
+        self._source = source
+        self._children: dict[str, list[str]] = {}
+        for link in links:
+            if link in self._children:
+                raise self._error(f'link {link!r} is defined twice')
+            self._children[link] = []
+        self._above: dict[str, Edge] = {}
+        joints = set()
+        for edge in edges:
+            if edge.joint in joints:
+                raise self._error(f'joint {edge.joint!r} is defined twice')
+            joints.add(edge.joint)
+            for role, link in (('parent', edge.parent), ('child', edge.child)):
+                if link not in self._children:
+                    raise self._error(f'joint {edge.joint!r}: {role}: got {link!r}; '
+                                      f'allowed: a link ({listed(self._children)})')
+            if edge.child in self._above:
+                raise self._error(
+                    f'link {edge.child!r} is the child of two joints, '
+                    f'{self._above[edge.child].joint!r} and {edge.joint!r}; allowed: one')
+            self._above[edge.child] = edge
+            self._children[edge.parent].append(edge.child)
+        self.root = self._only_root()
+
+    def leaves(self, top: str) -> list[str]:
+        """Return the links without children below a link, in the order of the document."""
+        below = self._below(self.link('base frame', top))
+        return [link for link, children in self._children.items()
+                if not children and link in below]
+
+    def link(self, role: str, name: str) -> str:
+        """Return a link's name, after checking that it exists."""
+        if name not in self._children:
+            raise self._error(f'{role}: got {name!r}; allowed: a link ({listed(self._children)})')
+        return name
+
+    def path(self, base: str, tip: str) -> list[tuple[Edge, bool]]:
+        """
+        Return the edges from base to tip, each with whether it is passed downwards.
+
+        Parameters
+        ----------
+        base, tip : str
+            Any two links; the path goes up from the base to the lowest common ancestor
+            and from there down to the tip.
+
+        Returns
+        -------
+        list of (Edge, bool)
+            True: from parent to child; False: from child to parent.
+
+        """
+        up = self._upwards(self.link('base frame', base))
+        down = self._upwards(self.link('tip frame', tip))
+        while up and down and up[-1] is down[-1]:
+            up.pop()
+            down.pop()
+        return [(edge, False) for edge in up] + [(edge, True) for edge in reversed(down)]
+
+    def _error(self, problem: str) -> ModelError:
+        return ModelError(self._source, problem)
+
+    def _upwards(self, link: str) -> list[Edge]:
+        edges = []
+        while link in self._above:
+            edges.append(self._above[link])
+            link = edges[-1].parent
+        return edges
+
+    def _below(self, top: str) -> set[str]:
+        found, waiting = {top}, [top]
+        while waiting:
+            children = self._children[waiting.pop()]
+            found.update(children)
+            waiting.extend(children)
+        return found
+
+    def _only_root(self) -> str:
+        if not self._children:
+            raise self._error('no links; allowed: at least two links and a joint')
+        roots = [link for link in self._children if link not in self._above]
+        if len(roots) > 1:
+            raise self._error(f'several root links: {listed(roots)}; allowed: one')
+        # Each link has at most one parent, so what no root reaches runs in a circle.
+        reached = self._below(roots[0]) if roots else set()
+        if len(reached) < len(self._children):
+            circle = [link for link in self._children if link not in reached]
+            raise self._error(f'joints form a cycle through links {listed(circle)}')
+        return roots[0]
