@@ -5,9 +5,11 @@ Twist, acceleration, jerk and jounce of manipulators by screw theory.
 
 The library needs NumPy only; nothing here imports ROS.
 """
-from . import se3
+from . import lines, screws, se3, states
 from .body_state import BodyState
 from .chain import SerialChain
+from .inverse import InverseSolver
 from .joint import Joint, Mimic
 
-__all__ = ['BodyState', 'Joint', 'Mimic', 'SerialChain', 'se3']
+__all__ = ['BodyState', 'InverseSolver', 'Joint', 'Mimic', 'SerialChain', 'lines', 'screws',
+           'se3', 'states']

@@ -9,10 +9,13 @@ from typing import Any, TYPE_CHECKING
 import numpy as np
 
 from .body_state import BodyState
-from .errors import InvalidValueError, ShapeError, UnknownNameError
+from .coupling import Coupling
+from .errors import InvalidValueError
 from .joint import Joint
-from .screws import prismatic_screw, unit_screw
-from .se3 import Array, matvec, rotation_about
+from .mobility import Mobility
+from .placement import Placement, rigid_displacement
+from .poles import check_axes, resolve_pole
+from .se3 import Array, rotate
 from .states import chain_states
 
 if TYPE_CHECKING:
@@ -21,7 +24,7 @@ if TYPE_CHECKING:
 MAX_ORDER = 4
 
 
-class SerialChain:
+class SerialChain(Mobility):
     """
     An open chain of joints from a base frame to a tip frame; immutable.
 
@@ -56,29 +59,27 @@ class SerialChain:
         self.base_frame = base_frame
         self.tip_frame = tip_frame
         self.name = name
-        self.T_base_tool = _rigid_displacement(
-            np.eye(4) if T_base_tool is None else T_base_tool)
-        names = [joint.name for joint in self.joints]
-        if len(set(names)) != len(names):
-            twice = next(n for n in names if names.count(n) > 1)
-            raise InvalidValueError(f'joint {twice!r} occurs more than once in the chain')
-        following = {joint.name for joint in self.joints if joint.mimic is not None}
-        for joint in self.joints:
-            if joint.mimic is not None and joint.source in following:
-                raise InvalidValueError(
-                    f'joint {joint.name!r} follows {joint.source!r}, which follows another '
-                    'joint itself; a followed joint must be a measured one')
-        self.joint_names = tuple(dict.fromkeys(joint.source for joint in self.joints))
-        self._columns = tuple(self.joint_names.index(j.source) for j in self.joints)
+        self.T_base_tool = rigid_displacement('T_base_tool', T_base_tool)
+        self._coupling = Coupling(self.joints, repr(self))
 
     def __repr__(self) -> str:
         return (f'SerialChain({self.name or "unnamed"}: {len(self.joints)} joints, '
                 f'{self.base_frame} -> {self.tip_frame})')
 
     @property
+    def joint_names(self) -> tuple[str, ...]:
+        """Return the names of the measured joints: mimic joints are folded in."""
+        return self._coupling.joint_names
+
+    @property
     def dof(self) -> int:
         """Return the number of measured joints."""
-        return len(self.joint_names)
+        return self._coupling.dof
+
+    @property
+    def prismatic(self) -> Array:
+        """Return which measured joints are in m rather than rad, shape (dof,)."""
+        return self._coupling.prismatic
 
     def with_tool(self, T_tip_tool: Any,    # noqa: N803
                   tip_frame: str | None = None) -> SerialChain:
@@ -94,7 +95,7 @@ class SerialChain:
 
         """
         return SerialChain(
-            self.joints, self.T_base_tool @ _rigid_displacement(T_tip_tool),
+            self.joints, self.T_base_tool @ rigid_displacement('T_tip_tool', T_tip_tool),
             self.base_frame, self.tip_frame if tip_frame is None else tip_frame, self.name)
 
     def joint_values(self, q: Any, order: int = 0) -> Array:
@@ -113,18 +114,7 @@ class SerialChain:
         array, shape (..., number of joints)
 
         """
-        q = np.asarray(q)
-        if q.shape[-1:] != (self.dof,):
-            what = 'q' if order == 0 else f'derivative {order} of q'
-            raise ShapeError(f'{what} of {self!r}', f'(..., {self.dof})', q.shape)
-        values = q[..., list(self._columns)]
-        if all(joint.mimic is None for joint in self.joints):
-            return values
-        mimics = [joint.mimic for joint in self.joints]
-        values = values * np.array([1 if m is None else m.multiplier for m in mimics])
-        if order == 0:
-            values = values + np.array([0 if m is None else m.offset for m in mimics])
-        return values
+        return self._coupling.values(q, order)
 
     def pose(self, q: Any) -> Array:
         """
@@ -140,9 +130,25 @@ class SerialChain:
         array, shape (..., 4, 4)
 
         """
-        return self._kinematics(q)[0]
+        return self.placement(q).pose
 
-    def screws(self, q: Any, pole: str = 'tip') -> Array:
+    def placement(self, q: Any) -> Placement:
+        """
+        Return where the joint axes and the tip are at the joint positions q.
+
+        Parameters
+        ----------
+        q : array, shape (..., dof)
+            Positions of the measured joints [rad, m].
+
+        Returns
+        -------
+        Placement
+
+        """
+        return Placement(self.joints, self.T_base_tool, self.joint_values(q))
+
+    def screws(self, q: Any, pole: str | Array = 'tip') -> Array:
         """
         Return the present unit screws of the joints in base axes.
 
@@ -150,19 +156,56 @@ class SerialChain:
         ----------
         q : array, shape (..., dof)
             Positions of the measured joints [rad, m].
-        pole : {'tip', 'base'}
-            The point the moments refer to.
+        pole : 'tip', 'base' or array, shape (..., 3)
+            The point the moments refer to; an array is in base coordinates [m].
 
         Returns
         -------
         array, shape (..., number of joints, 6)
 
         """
-        pose, axes, points = self._kinematics(q)
-        screws = self._screws(axes, points, _pole_point(pose, pole))
-        shape = pose.shape[:-2] + (6,)
-        return np.stack([np.broadcast_to(screw, shape) for screw in screws], axis=-2) \
-            if screws else np.zeros(pose.shape[:-2] + (0, 6))
+        place = self.placement(q)
+        screws = place.screws(resolve_pole(pole, place.pose)[1])
+        if not screws:
+            return np.zeros(place.pose.shape[:-2] + (0, 6))
+        shape = place.pose.shape[:-2] + (6,)
+        return np.stack([np.broadcast_to(screw, shape) for screw in screws], axis=-2)
+
+    def jacobian(self, q: Any, pole: str | Array = 'tip', axes: str = 'base') -> Array:
+        """
+        Return the Jacobian: its columns are the unit screws of the measured joints.
+
+        A joint that others mimic has the sum of all their screws, times the multipliers.
+
+        Parameters
+        ----------
+        q : array, shape (..., dof)
+            Positions of the measured joints [rad, m].
+        pole : 'tip', 'base' or array, shape (..., 3)
+            The point the moments refer to; an array is in base coordinates [m].
+        axes : {'base', 'tip'}
+            Whose axes the components are in.
+
+        Returns
+        -------
+        array, shape (..., 6, dof)
+            ``jacobian @ qd`` is the twist.
+
+        References
+        ----------
+        The paper, section 3.1.
+
+        """
+        check_axes(axes)
+        place = self.placement(q)
+        columns = self._coupling.columns(place.screws(resolve_pole(pole, place.pose)[1]))
+        if not columns:
+            return np.zeros(place.pose.shape[:-2] + (6, 0))
+        if axes == 'tip':
+            back = np.swapaxes(place.pose[..., :3, :3], -1, -2)
+            columns = [rotate(back, column) for column in columns]
+        shape = place.pose.shape[:-2] + (6,)
+        return np.stack([np.broadcast_to(column, shape) for column in columns], axis=-1)
 
     def state(self, q: Any, *derivatives: Any) -> BodyState:
         """
@@ -187,11 +230,11 @@ class SerialChain:
         if len(derivatives) > MAX_ORDER:
             raise InvalidValueError(
                 f'derivatives up to order {MAX_ORDER} are supported, got {len(derivatives)}')
-        pose, axes, points = self._kinematics(q)
-        tip = pose[..., :3, 3]
+        place = self.placement(q)
+        tip = place.pose[..., :3, 3]
         rates = [self.joint_values(d, n) for n, d in enumerate(derivatives, start=1)]
-        reduced = chain_states(self._screws(axes, points, tip), rates)
-        return BodyState(pose, tuple(reduced), tip,
+        reduced = chain_states(place.screws(tip), rates)
+        return BodyState(place.pose, tuple(reduced), tip,
                          base_frame=self.base_frame, tip_frame=self.tip_frame)
 
     def compile(    # noqa: A003
@@ -219,67 +262,3 @@ class SerialChain:
         """
         from .compile import compile_chain
         return compile_chain(self, outputs, backend, axes, pole)
-
-    def _kinematics(self, q: Any) -> tuple[Array, list[Array], list[Array]]:
-        """Return pose, and each joint's present axis direction and point on it."""
-        values = self.joint_values(q)
-        # Integer identity and zero keep symbolic results free of factors 1.0 and terms 0.0.
-        rotation: Array = np.eye(3, dtype=int)
-        point: Array = np.zeros(3, dtype=int)
-        home: Array = np.zeros(3, dtype=int)
-        axes, points = [], []
-        for i, joint in enumerate(self.joints):
-            value = np.asarray(values[..., i])
-            axis = matvec(rotation, joint.axis)
-            if joint.kind == 'prismatic':
-                point = point + value[..., None] * axis
-            else:
-                # The point travels from axis to axis, so no offset is rotated twice.
-                point = point + matvec(rotation, joint.point - home)
-                home = joint.point
-            axes.append(axis)
-            points.append(point)
-            if joint.kind != 'prismatic':
-                rotation = rotation @ rotation_about(joint.axis, value)
-            if joint.kind == 'helical':
-                point = point + np.asarray(joint.pitch * value)[..., None] * axis
-        tool = self.T_base_tool
-        position = point + matvec(rotation, tool[:3, 3] - home)
-        orientation = rotation @ tool[:3, :3]
-        batch = np.shape(values)[:-1]
-        upper = np.concatenate([
-            np.broadcast_to(orientation, batch + (3, 3)),
-            np.broadcast_to(position, batch + (3,))[..., None]], axis=-1)
-        last = np.broadcast_to(np.array([[0, 0, 0, 1]]), batch + (1, 4))
-        return np.concatenate([upper, last], axis=-2), axes, points
-
-    def _screws(self, axes: list[Array], points: list[Array], pole: Array) -> list[Array]:
-        return [
-            prismatic_screw(axis) if joint.kind == 'prismatic'
-            else unit_screw(axis, point - pole, joint.pitch)
-            for joint, axis, point in zip(self.joints, axes, points)]
-
-
-def _pole_point(pose: Array, pole: str) -> Array:
-    if pole not in ('tip', 'base'):
-        raise UnknownNameError('pole', pole, ('tip', 'base'))
-    tip = pose[..., :3, 3]
-    return tip if pole == 'tip' else 0 * tip
-
-
-def _rigid_displacement(T: Any) -> Array:    # noqa: N803
-    """Return a read-only copy, after checking that it is a rigid displacement."""
-    T = np.array(T)
-    if T.shape != (4, 4):
-        raise ShapeError('T_base_tool', '(4, 4)', T.shape)
-    if T.dtype != object:
-        T = T.astype(float)
-        R = T[:3, :3]
-        rigid = (np.allclose(R.T @ R, np.eye(3), atol=1e-9) and np.linalg.det(R) > 0
-                 and np.array_equal(T[3], [0, 0, 0, 1]) and np.all(np.isfinite(T)))
-        if not rigid:
-            raise InvalidValueError(
-                'T_base_tool is no rigid displacement: the upper left 3x3 block must be a '
-                f'rotation and the last row (0, 0, 0, 1), got {T.tolist()}')
-    T.setflags(write=False)
-    return T

@@ -57,7 +57,11 @@ class ParameterError(ScrewKinematicsError, ValueError):
 
 
 class SingularityError(ScrewKinematicsError, ValueError):
-    """An inverse problem has no exact solution at this posture."""
+    """An inverse problem has no exact solution; ``screw`` is the blocked direction."""
+
+    def __init__(self, message: str, screw: object = None) -> None:
+        self.screw = screw
+        super().__init__(message)
 
 
 class MissingExtraError(ScrewKinematicsError, ImportError):

@@ -4,8 +4,10 @@
 The Lie algebra se(3) on six-vectors.
 
 A six-vector is ``(angular; linear)``, the primal and the dual part of a screw, and has
-shape (..., 6). Nothing here casts: all functions run on floats, on batches, and on object
-arrays of any scalar type that has ``+`` and ``*`` (symbols, traced expressions).
+shape (..., 6). A wrench as a screw is ``(force; moment)``: its primal part is the force.
+Nothing here casts: all functions but :func:`exp` and :func:`log` run on floats, on batches,
+and on object arrays of any scalar type that has ``+`` and ``*`` (symbols, traced
+expressions).
 
 References
 ----------
@@ -15,78 +17,17 @@ Group SE(3)", Mathematics 2024, 12(16), 2538, called "the paper" throughout this
 """
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
-Array = np.ndarray[Any, np.dtype[Any]]
+from .exponential import exp, log
+from .vectors import Array, cos, cross, dot, matvec, rotation_about, sin, skew
 
-
-def _elementwise(name: str) -> Callable[[Any], Any]:
-    """Return NumPy's function, extended to scalars that bring a method of that name."""
-    numeric = getattr(np, name)
-
-    def apply(x: Any) -> Any:
-        x = np.asarray(x)
-        if x.dtype != object:
-            return numeric(x)
-        out = np.empty(x.shape, dtype=object)
-        for index, value in np.ndenumerate(x):
-            method = getattr(value, name, None)
-            if method is not None:
-                out[index] = method()
-            elif hasattr(value, 'free_symbols'):    # SymPy: functions, not methods
-                import sympy
-                out[index] = getattr(sympy, name)(value)
-            else:
-                out[index] = numeric(value)
-        return out[()]
-
-    apply.__name__ = name
-    apply.__doc__ = f'Return the {name} of each element; floats, SymPy or traced scalars.'
-    return apply
-
-
-sin = _elementwise('sin')
-cos = _elementwise('cos')
-
-
-def cross(a: Array, b: Array) -> Array:
-    """
-    Return the cross product of three-vectors of any scalar type.
-
-    Parameters
-    ----------
-    a, b : array, shape (..., 3)
-        Factors, in the same axes.
-
-    Returns
-    -------
-    array, shape (..., 3)
-
-    Examples
-    --------
-    >>> cross(np.array([1, 0, 0]), np.array([0, 1, 0]))
-    array([0, 0, 1])
-
-    """
-    a0, a1, a2 = a[..., 0], a[..., 1], a[..., 2]
-    b0, b1, b2 = b[..., 0], b[..., 1], b[..., 2]
-    return np.stack([a1 * b2 - a2 * b1, a2 * b0 - a0 * b2, a0 * b1 - a1 * b0], axis=-1)
-
-
-def dot(a: Array, b: Array) -> Any:
-    """
-    Return the inner product over the last axis, for any scalar type.
-
-    Examples
-    --------
-    >>> int(dot(np.array([1, 2, 3]), np.array([4, 5, 6])))
-    32
-
-    """
-    return (a * b).sum(axis=-1)
+__all__ = [
+    'Array', 'ad', 'adjoint', 'coadjoint', 'cos', 'cross', 'dot', 'exp', 'inverse',
+    'killing_form', 'klein_form', 'lie_product', 'log', 'matvec', 'rotate', 'rotation_about',
+    'shift_pole', 'sin', 'skew']
 
 
 def lie_product(x: Array, y: Array) -> Array:
@@ -120,6 +61,30 @@ def lie_product(x: Array, y: Array) -> Array:
     wy, vy = y[..., :3], y[..., 3:]
     return np.concatenate(
         np.broadcast_arrays(cross(wx, wy), cross(wx, vy) - cross(wy, vx)), axis=-1)
+
+
+def ad(x: Array) -> Array:
+    """
+    Return the matrix of the Lie product with a six-vector: ``ad(X) @ Y = [X, Y]``.
+
+    Parameters
+    ----------
+    x : array, shape (..., 6)
+        Left factor.
+
+    Returns
+    -------
+    array, shape (..., 6, 6)
+
+    Examples
+    --------
+    >>> ad(np.array([1, 0, 0, 0, 0, 0])) @ np.array([0, 1, 0, 0, 0, 0])
+    array([0, 0, 1, 0, 0, 0])
+
+    """
+    x = np.asarray(x)
+    w, v = skew(x[..., :3]), skew(x[..., 3:])
+    return _blocks(w, 0 * w, v, w)
 
 
 def klein_form(x: Array, y: Array) -> Any:
@@ -236,70 +201,92 @@ def rotate(rotation: Array, x: Array) -> Array:
         [matvec(rotation, x[..., :3]), matvec(rotation, x[..., 3:])], axis=-1)
 
 
-def matvec(matrix: Array, vector: Array) -> Array:
+def adjoint(T: Array) -> Array:    # noqa: N803
     """
-    Return the product of (batches of) matrices and vectors of any scalar type.
+    Return the matrix that carries six-vectors from one frame to another.
 
-    Examples
-    --------
-    >>> matvec(np.array([[0, 1], [1, 0]]), np.array([3, 4]))
-    array([4, 3])
-
-    """
-    return (matrix @ vector[..., None])[..., 0]
-
-
-def rotation_about(axis: Array, angle: Any) -> Array:
-    """
-    Return the rotation matrix about a unit axis (Rodrigues).
+    ``adjoint(T_a_b) @ X_b``: from axes and origin of frame b to axes and origin of frame a.
+    It carries screws, states of every order, and wrenches written as screws
+    (force; moment).
 
     Parameters
     ----------
-    axis : array, shape (..., 3)
-        Unit vector.
-    angle : array, shape (...)
-        Angle [rad].
+    T : array, shape (..., 4, 4)
+        Pose T_a_b of frame b in frame a [m].
 
     Returns
     -------
-    array, shape (..., 3, 3)
+    array, shape (..., 6, 6)
 
     Examples
     --------
-    >>> float(rotation_about(np.array([0, 0, 1]), np.pi / 2).round(12)[0, 1])
-    -1.0
+    A rotation about the z axis of a frame whose origin is at x = 1.
+
+    >>> T = np.array([[1, 0, 0, 1], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]])
+    >>> adjoint(T) @ np.array([0, 0, 1, 0, 0, 0])
+    array([ 0,  0,  1,  0, -1,  0])
 
     """
-    axis, angle = np.asarray(axis), np.asarray(angle)
-    c, s = np.asarray(cos(angle))[..., None, None], np.asarray(sin(angle))[..., None, None]
-    projector = axis[..., :, None] * axis[..., None, :]
-    # Written so that constant axes leave no terms such as 1 - (1 - c) in symbolic results.
-    return c * (np.eye(3, dtype=int) - projector) + s * skew(axis) + projector
+    T = np.asarray(T)    # noqa: N806
+    R = T[..., :3, :3]    # noqa: N806
+    return _blocks(R, 0 * R, skew(T[..., :3, 3]) @ R, R)
 
 
-def skew(vector: Array) -> Array:
+def coadjoint(T: Array) -> Array:    # noqa: N803
     """
-    Return the matrix of the cross product with a vector.
+    Return the matrix that carries (moment; force) from one frame to another.
+
+    Six-vectors (moment; force) pair with twists by the ordinary inner product, which is
+    power; they are carried by the inverse transpose of :func:`adjoint`.
 
     Parameters
     ----------
-    vector : array, shape (..., 3)
-        Left factor of the cross product.
+    T : array, shape (..., 4, 4)
+        Pose T_a_b of frame b in frame a [m].
 
     Returns
     -------
-    array, shape (..., 3, 3)
+    array, shape (..., 6, 6)
 
     Examples
     --------
-    >>> skew(np.array([1, 2, 3]))
-    array([[ 0, -3,  2],
-           [ 3,  0, -1],
-           [-2,  1,  0]])
+    A force along y that acts at x = 1 has the moment 1 about the origin.
+
+    >>> T = np.array([[1, 0, 0, 1], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]])
+    >>> coadjoint(T) @ np.array([0, 0, 0, 0, 1, 0])
+    array([0, 0, 1, 0, 1, 0])
 
     """
-    vector = np.asarray(vector)
-    x, y, z = vector[..., 0], vector[..., 1], vector[..., 2]
-    zero = 0 * x
-    rows = [[zero, -z, y], [z, zero, -x], [-y, x, zero]]
-    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+    T = np.asarray(T)    # noqa: N806
+    R = T[..., :3, :3]    # noqa: N806
+    return _blocks(R, skew(T[..., :3, 3]) @ R, 0 * R, R)
+
+
+def inverse(T: Array) -> Array:    # noqa: N803
+    """
+    Return the inverse T_b_a of a pose T_a_b.
+
+    Parameters
+    ----------
+    T : array, shape (..., 4, 4)
+        Rigid displacement [m].
+
+    Returns
+    -------
+    array, shape (..., 4, 4)
+
+    Examples
+    --------
+    >>> inverse(np.array([[0, -1, 0, 5], [1, 0, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]))[:3, 3]
+    array([0, 5, 0])
+
+    """
+    T = np.asarray(T)    # noqa: N806
+    R = np.swapaxes(T[..., :3, :3], -1, -2)    # noqa: N806
+    upper = np.concatenate([R, -matvec(R, T[..., :3, 3])[..., None]], axis=-1)
+    return np.concatenate([upper, T[..., 3:, :]], axis=-2)
+
+
+def _blocks(a: Array, b: Array, c: Array, d: Array) -> Array:
+    upper, lower = np.concatenate([a, b], axis=-1), np.concatenate([c, d], axis=-1)
+    return np.concatenate([upper, lower], axis=-2)

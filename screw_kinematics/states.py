@@ -1,11 +1,18 @@
 # Copyright screw_kinematics contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-Velocity, reduced acceleration, jerk and jounce states of bodies in a chain.
+Velocity, reduced acceleration, jerk and jounce states, to any order.
 
 The state of order n, X_n, is the (n-1)-th time derivative of the spatial twist at a
 space-fixed pole: X_1 = V = (w ; v), X_2 = A = (alpha ; a - w x v), and so on. All of them
 are helicoidal fields, so one rule moves any of them to another pole.
+
+One recursion carries everything: a field fixed in a body with the states X changes as::
+
+    D_0 = Y,   D_k = sum_{j<k} C(k-1, j) [X_{j+1}, D_{k-1-j}]
+
+The body may be a link (chains), a moving base (:func:`compose`), a moving observer
+(:func:`relative`), or the body itself (:func:`body_derivatives`). It never casts.
 """
 from __future__ import annotations
 
@@ -16,6 +23,38 @@ from typing import Any
 import numpy as np
 
 from .se3 import Array, cross, lie_product
+
+
+def carried_along(states: Sequence[Array], field: Array, order: int) -> list[Array]:
+    """
+    Return a body-fixed six-vector and its time derivatives, seen from fixed space.
+
+    Parameters
+    ----------
+    states : sequence of array, shape (..., 6)
+        Reduced states of the body, at least ``order - 1`` of them.
+    field : array, shape (..., 6)
+        Six-vector fixed in the body, about the same space-fixed pole, in the same axes.
+    order : int
+        How many to return, at least 1.
+
+    Returns
+    -------
+    list of array, shape (..., 6)
+        D_0 to D_(order-1).
+
+    Examples
+    --------
+    >>> spin = np.array([0, 0, 1, 0, 0, 0])
+    >>> carried_along([spin], np.array([1, 0, 0, 0, 0, 0]), 2)[1]
+    array([0, 1, 0, 0, 0, 0])
+
+    """
+    carried: list[Any] = [field]
+    for k in range(1, order):
+        carried.append(sum(
+            comb(k - 1, j) * lie_product(states[j], carried[k - 1 - j]) for j in range(k)))
+    return carried
 
 
 def chain_states(screws: Sequence[Array], derivatives: Sequence[Array]) -> list[Array]:
@@ -57,13 +96,8 @@ def chain_states(screws: Sequence[Array], derivatives: Sequence[Array]) -> list[
     states: list[Any] = [None] * order
     for i, screw in enumerate(screws):
         rates = [np.asarray(d[..., i])[..., None] for d in derivatives]
-        transported: list[Any] = [screw]
-        if i > 0:
-            for k in range(1, order):
-                transported.append(sum(
-                    comb(k - 1, j) * lie_product(states[j], transported[k - 1 - j])
-                    for j in range(k)))
         # The base is at rest: the first joint's screw does not change.
+        transported = carried_along(states, screw, order) if i > 0 else [screw]
         for n in range(1, order + 1):
             added = sum(
                 comb(n - 1, k) * rates[n - k - 1] * transported[k]
@@ -143,3 +177,114 @@ def reduced_from_classical(motions: Sequence[Array]) -> list[Array]:
             dual = dual - comb(n - 1, k) * cross(angular[n - 1 - k], linear[k - 1])
         out.append(np.concatenate([angular[n - 1], dual], axis=-1))
     return out
+
+
+def compose(outer: Sequence[Array], inner: Sequence[Array]) -> list[Array]:
+    """
+    Return the states of a body that moves relative to a moving body.
+
+    ``A = A1 + A2 + [V1, V2]``, ``J = J1 + J2 + 2 [V1, A2] + [A1, V2] + [V1, [V1, V2]]``,
+    and so on for every order.
+
+    Parameters
+    ----------
+    outer : sequence of array, shape (..., 6)
+        Reduced states of body 1 (a moving base, say) of order 1 to N.
+    inner : sequence of array, shape (..., 6)
+        Reduced states of body 2 as observed from body 1, of order 1 to N.
+
+    Returns
+    -------
+    list of N arrays, shape (..., 6)
+        States of body 2. All three about one pole, in one set of axes; the observer's
+        pole is the point of body 1 that now coincides with it.
+
+    References
+    ----------
+    The paper, section 3.2 (Theorem 4, whose Coriolis-Lie term enters once).
+
+    Examples
+    --------
+    >>> turntable = [np.array([0, 0, 1, 0, 0, 0]), np.zeros(6, dtype=int)]
+    >>> sliding = [np.array([0, 0, 0, 1, 0, 0]), np.zeros(6, dtype=int)]
+    >>> compose(turntable, sliding)[1]
+    array([0, 0, 0, 0, 1, 0])
+
+    """
+    total = []
+    carried = [carried_along(outer, y, len(inner) - m) for m, y in enumerate(inner)]
+    for n, x in enumerate(outer[:len(inner)], start=1):
+        total.append(x + sum(comb(n - 1, k) * carried[n - 1 - k][k] for k in range(n)))
+    return total
+
+
+def relative(total: Sequence[Array], observer: Sequence[Array]) -> list[Array]:
+    """
+    Return the states of a body as observed from another moving body.
+
+    The inverse of :func:`compose`: ``compose(observer, relative(total, observer))`` is
+    ``total``.
+
+    Parameters
+    ----------
+    total : sequence of array, shape (..., 6)
+        Reduced states of the observed body of order 1 to N.
+    observer : sequence of array, shape (..., 6)
+        Reduced states of the observing body of order 1 to N.
+
+    Returns
+    -------
+    list of N arrays, shape (..., 6)
+        All about one pole, in one set of axes.
+
+    Examples
+    --------
+    Two bodies at rest, seen from a turntable, turn about its axis backwards.
+
+    >>> relative([np.zeros(6, dtype=int)], [np.array([0, 0, 1, 0, 0, 0])])[0]
+    array([ 0,  0, -1,  0,  0,  0])
+
+    """
+    return _observed([z - x for z, x in zip(total, observer)], observer)
+
+
+def body_derivatives(states: Sequence[Array]) -> list[Array]:
+    """
+    Return the twist in the body's own axes and the derivatives of its components.
+
+    The trap of body-fixed components: their first derivative is the reduced acceleration
+    in body axes, because [V, V] = 0, but the second is not the jerk: it is J - [V, A]; the
+    third is S - 2 [V, J] + [V, [V, A]]. An integrator or a differentiator that works on
+    tool-frame twists deals with these, not with the states.
+
+    Parameters
+    ----------
+    states : sequence of array, shape (..., 6)
+        Reduced states of order 1 to N, pole at a point of the body, in any axes.
+
+    Returns
+    -------
+    list of N arrays, shape (..., 6)
+        Derivatives of order 0 to N-1 of the body-fixed components of the twist about the
+        body point at the pole, written in the axes of ``states`` (in the body's own axes,
+        where they are plain derivatives, if ``states`` were).
+
+    Examples
+    --------
+    >>> twist = np.array([0, 0, 1, 0, 0, 0])
+    >>> accel = np.array([1, 0, 0, 0, 0, 0])
+    >>> body_derivatives([twist, accel, np.zeros(6, dtype=int)])[2]
+    array([ 0, -1,  0,  0,  0,  0])
+
+    """
+    return _observed(states, states)
+
+
+def _observed(derivatives: Sequence[Array], observer: Sequence[Array]) -> list[Array]:
+    """Return the derivatives, as a moving observer sees them, of a field given in space."""
+    seen: list[Any] = []
+    carried: list[list[Array]] = []
+    for n, x in enumerate(derivatives):
+        seen.append(x - sum(comb(n, k) * carried[n - k][k] for k in range(1, n + 1)))
+        carried.append(carried_along(observer, seen[-1], len(derivatives) - n))
+    return seen

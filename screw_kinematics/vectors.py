@@ -1,0 +1,150 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""
+Three-vectors and rotations of any scalar type.
+
+Nothing here casts: all functions run on floats, on batches, and on object arrays of any
+scalar type that has ``+`` and ``*`` (symbols, traced expressions). NumPy's own ``cross``
+does not take object arrays of every kind, hence these few.
+"""
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+Array = np.ndarray[Any, np.dtype[Any]]
+
+
+def _elementwise(name: str) -> Callable[[Any], Any]:
+    """Return NumPy's function, extended to scalars that bring a method of that name."""
+    numeric = getattr(np, name)
+
+    def apply(x: Any) -> Any:
+        x = np.asarray(x)
+        if x.dtype != object:
+            return numeric(x)
+        out = np.empty(x.shape, dtype=object)
+        for index, value in np.ndenumerate(x):
+            method = getattr(value, name, None)
+            if method is not None:
+                out[index] = method()
+            elif hasattr(value, 'free_symbols'):    # SymPy: functions, not methods
+                import sympy
+                out[index] = getattr(sympy, name)(value)
+            else:
+                out[index] = numeric(value)
+        return out[()]
+
+    apply.__name__ = name
+    apply.__doc__ = f'Return the {name} of each element; floats, SymPy or traced scalars.'
+    return apply
+
+
+sin = _elementwise('sin')
+cos = _elementwise('cos')
+
+
+def cross(a: Array, b: Array) -> Array:
+    """
+    Return the cross product of three-vectors of any scalar type.
+
+    Parameters
+    ----------
+    a, b : array, shape (..., 3)
+        Factors, in the same axes.
+
+    Returns
+    -------
+    array, shape (..., 3)
+
+    Examples
+    --------
+    >>> cross(np.array([1, 0, 0]), np.array([0, 1, 0]))
+    array([0, 0, 1])
+
+    """
+    a0, a1, a2 = a[..., 0], a[..., 1], a[..., 2]
+    b0, b1, b2 = b[..., 0], b[..., 1], b[..., 2]
+    return np.stack([a1 * b2 - a2 * b1, a2 * b0 - a0 * b2, a0 * b1 - a1 * b0], axis=-1)
+
+
+def dot(a: Array, b: Array) -> Any:
+    """
+    Return the inner product over the last axis, for any scalar type.
+
+    Examples
+    --------
+    >>> int(dot(np.array([1, 2, 3]), np.array([4, 5, 6])))
+    32
+
+    """
+    return (a * b).sum(axis=-1)
+
+
+def matvec(matrix: Array, vector: Array) -> Array:
+    """
+    Return the product of (batches of) matrices and vectors of any scalar type.
+
+    Examples
+    --------
+    >>> matvec(np.array([[0, 1], [1, 0]]), np.array([3, 4]))
+    array([4, 3])
+
+    """
+    return (matrix @ vector[..., None])[..., 0]
+
+
+def skew(vector: Array) -> Array:
+    """
+    Return the matrix of the cross product with a vector.
+
+    Parameters
+    ----------
+    vector : array, shape (..., 3)
+        Left factor of the cross product.
+
+    Returns
+    -------
+    array, shape (..., 3, 3)
+
+    Examples
+    --------
+    >>> skew(np.array([1, 2, 3]))
+    array([[ 0, -3,  2],
+           [ 3,  0, -1],
+           [-2,  1,  0]])
+
+    """
+    vector = np.asarray(vector)
+    x, y, z = vector[..., 0], vector[..., 1], vector[..., 2]
+    zero = 0 * x
+    rows = [[zero, -z, y], [z, zero, -x], [-y, x, zero]]
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+def rotation_about(axis: Array, angle: Any) -> Array:
+    """
+    Return the rotation matrix about a unit axis (Rodrigues).
+
+    Parameters
+    ----------
+    axis : array, shape (..., 3)
+        Unit vector.
+    angle : array, shape (...)
+        Angle [rad].
+
+    Returns
+    -------
+    array, shape (..., 3, 3)
+
+    Examples
+    --------
+    >>> float(rotation_about(np.array([0, 0, 1]), np.pi / 2).round(12)[0, 1])
+    -1.0
+
+    """
+    axis, angle = np.asarray(axis), np.asarray(angle)
+    c, s = np.asarray(cos(angle))[..., None, None], np.asarray(sin(angle))[..., None, None]
+    projector = axis[..., :, None] * axis[..., None, :]
+    # Written so that constant axes leave no terms such as 1 - (1 - c) in symbolic results.
+    return c * (np.eye(3, dtype=int) - projector) + s * skew(axis) + projector
