@@ -133,6 +133,7 @@ class BodyState:
         Parameters
         ----------
         axes : {'base', 'tip'}
+            Whose axes.
 
         Raises
         ------

@@ -13,8 +13,8 @@ from .coupling import Coupling
 from .errors import InvalidValueError
 from .joint import Joint
 from .mobility import Mobility
-from .placement import Placement, rigid_displacement
 from .poles import check_axes, resolve_pole
+from .posture import Posture, rigid_displacement
 from .se3 import Array, rotate
 from .states import chain_states
 
@@ -130,9 +130,9 @@ class SerialChain(Mobility):
         array, shape (..., 4, 4)
 
         """
-        return self.placement(q).pose
+        return self.posture(q).pose
 
-    def placement(self, q: Any) -> Placement:
+    def posture(self, q: Any) -> Posture:
         """
         Return where the joint axes and the tip are at the joint positions q.
 
@@ -143,10 +143,10 @@ class SerialChain(Mobility):
 
         Returns
         -------
-        Placement
+        Posture
 
         """
-        return Placement(self.joints, self.T_base_tool, self.joint_values(q))
+        return Posture(self.joints, self.T_base_tool, self.joint_values(q))
 
     def screws(self, q: Any, pole: str | Array = 'tip') -> Array:
         """
@@ -164,11 +164,11 @@ class SerialChain(Mobility):
         array, shape (..., number of joints, 6)
 
         """
-        place = self.placement(q)
-        screws = place.screws(resolve_pole(pole, place.pose)[1])
+        posture = self.posture(q)
+        screws = posture.screws(resolve_pole(pole, posture.pose)[1])
         if not screws:
-            return np.zeros(place.pose.shape[:-2] + (0, 6))
-        shape = place.pose.shape[:-2] + (6,)
+            return np.zeros(posture.pose.shape[:-2] + (0, 6))
+        shape = posture.pose.shape[:-2] + (6,)
         return np.stack([np.broadcast_to(screw, shape) for screw in screws], axis=-2)
 
     def jacobian(self, q: Any, pole: str | Array = 'tip', axes: str = 'base') -> Array:
@@ -197,14 +197,14 @@ class SerialChain(Mobility):
 
         """
         check_axes(axes)
-        place = self.placement(q)
-        columns = self._coupling.columns(place.screws(resolve_pole(pole, place.pose)[1]))
+        posture = self.posture(q)
+        columns = self._coupling.columns(posture.screws(resolve_pole(pole, posture.pose)[1]))
         if not columns:
-            return np.zeros(place.pose.shape[:-2] + (6, 0))
+            return np.zeros(posture.pose.shape[:-2] + (6, 0))
         if axes == 'tip':
-            back = np.swapaxes(place.pose[..., :3, :3], -1, -2)
+            back = np.swapaxes(posture.pose[..., :3, :3], -1, -2)
             columns = [rotate(back, column) for column in columns]
-        shape = place.pose.shape[:-2] + (6,)
+        shape = posture.pose.shape[:-2] + (6,)
         return np.stack([np.broadcast_to(column, shape) for column in columns], axis=-1)
 
     def state(self, q: Any, *derivatives: Any) -> BodyState:
@@ -230,11 +230,11 @@ class SerialChain(Mobility):
         if len(derivatives) > MAX_ORDER:
             raise InvalidValueError(
                 f'derivatives up to order {MAX_ORDER} are supported, got {len(derivatives)}')
-        place = self.placement(q)
-        tip = place.pose[..., :3, 3]
+        posture = self.posture(q)
+        tip = posture.pose[..., :3, 3]
         rates = [self.joint_values(d, n) for n, d in enumerate(derivatives, start=1)]
-        reduced = chain_states(place.screws(tip), rates)
-        return BodyState(place.pose, tuple(reduced), tip,
+        reduced = chain_states(posture.screws(tip), rates)
+        return BodyState(posture.pose, tuple(reduced), tip,
                          base_frame=self.base_frame, tip_frame=self.tip_frame)
 
     def compile(    # noqa: A003

@@ -65,7 +65,7 @@ def lie_product(x: Array, y: Array) -> Array:
 
 def ad(x: Array) -> Array:
     """
-    Return the matrix of the Lie product with a six-vector: ``ad(X) @ Y = [X, Y]``.
+    Return the matrix that takes Y to the Lie product [X, Y] with a given six-vector X.
 
     Parameters
     ----------

@@ -122,6 +122,8 @@ def skew(vector: Array) -> Array:
     zero = 0 * x
     rows = [[zero, -z, y], [z, zero, -x], [-y, x, zero]]
     return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+
+
 def rotation_about(axis: Array, angle: Any) -> Array:
     """
     Return the rotation matrix about a unit axis (Rodrigues).

@@ -21,7 +21,7 @@ from .screws import prismatic_screw, unit_screw
 from .se3 import Array, matvec, rotation_about
 
 
-class Placement:
+class Posture:
     """
     A posture of a chain, in base coordinates.
 
