@@ -11,7 +11,7 @@ symbolic = ['sympy>=1.12']
 fast = ['numba>=0.59']
 plot = ['matplotlib>=3.6']
 xacro = ['xacro>=2.0']
-bag = ['rosbags>=0.10', 'pyarrow>=14']
+bag = ['rosbags>=0.10', 'mcap>=1.1', 'pyarrow>=14']
 ros = ['ros-jazzy-rclpy[fastrtps]==7.1.6', 'ros-jazzy-common-interfaces==5.3.6']
 test = [
     *ros, *symbolic, *fast, *plot, *bag, *xacro,
@@ -50,6 +50,8 @@ setup(
         'console_scripts': [
             'kinematic_state_publisher = screw_kinematics.ros.main:main',
             'demo = screw_kinematics.tools.demo:main',
+            'joint_state_source = screw_kinematics.tools.joint_state_source:main',
+            'plot = screw_kinematics.tools.plot:main',
         ],
     },
 )

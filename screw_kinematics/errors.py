@@ -64,6 +64,10 @@ class SingularityError(ScrewKinematicsError, ValueError):
         super().__init__(message)
 
 
+class ToolError(ScrewKinematicsError, RuntimeError):
+    """A console program cannot go on: a process ended, a file is damaged, nothing came."""
+
+
 class MissingExtraError(ScrewKinematicsError, ImportError):
     """An optional dependency is not installed."""
 

@@ -1,0 +1,122 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""How the demo shows a measured state beside the exact one: tables and plain lines."""
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from rich import box
+from rich.console import Group
+from rich.table import Table
+from rich.text import Text
+
+from ..se3 import Array
+
+
+@dataclass(frozen=True)
+class Row:
+    """
+    One vector or number of the state.
+
+    Parameters
+    ----------
+    quantity, symbol, unit : str
+    measured, exact : array, shape (3,) or (1,)
+        What the node published, and the truth at the same stamp.
+
+    """
+
+    quantity: str
+    symbol: str
+    unit: str
+    measured: Array
+    exact: Array
+
+    @property
+    def error(self) -> float:
+        """Return the norm of measured minus exact."""
+        return float(np.linalg.norm(self.measured - self.exact))
+
+
+@dataclass(frozen=True)
+class View:
+    """
+    All that is shown at one instant.
+
+    Parameters
+    ----------
+    title, frames : str
+        Robot and motion; whose motion, in which axes, of which point.
+    elapsed : float
+        Time since the motion began, at the stamp of the state [s].
+    rows : tuple of Row
+    rates : mapping of str to float
+        Messages per second, by topic [Hz].
+    age : float
+        Time from the stamp to now [s].
+    delay : float
+        Delay the estimator was asked for [s].
+
+    """
+
+    title: str
+    frames: str
+    elapsed: float
+    rows: tuple[Row, ...]
+    rates: Mapping[str, float]
+    age: float
+    delay: float
+
+
+def live(view: View) -> Group:
+    """Return the view as a table that fits 80 columns."""
+    table = Table(box=box.SIMPLE_HEAD, title=f'{view.title}, t = {view.elapsed:.2f} s',
+                  title_justify='left', caption_justify='left', pad_edge=False)
+    table.add_column('')
+    for heading in ('x', 'y', 'z'):
+        table.add_column(heading, justify='right', min_width=10)
+    table.add_column('')
+    table.add_column('|error|', justify='right', min_width=8)
+    for row in view.rows:
+        table.add_row(f'{row.quantity} {row.symbol}', *_numbers(row.measured, '.5f'),
+                      row.unit, f'{row.error:.1e}')
+    rates = ', '.join(f'{topic} {rate:.0f} Hz' for topic, rate in view.rates.items())
+    return Group(table, Text(
+        f'{view.frames}\n{rates}\n'
+        f'age of the state {view.age * 1e3:.1f} ms, of which estimator delay '
+        f'{view.delay * 1e3:.0f} ms\nCtrl-C ends the demo and both its processes'))
+
+
+def line(view: View) -> str:
+    """Return the view as one plain line, for logs and pipes."""
+    values = '  '.join(
+        f'{row.symbol} = ({", ".join(text for text in _numbers(row.measured, ".4f") if text)}) '
+        f'{row.unit}' for row in view.rows if row.quantity not in ('axis point',))
+    rates = ' '.join(f'{topic} {rate:.0f} Hz' for topic, rate in view.rates.items())
+    return f't = {view.elapsed:.2f} s  {values}  |  {rates}, age {view.age * 1e3:.1f} ms'
+
+
+def comparison(view: View) -> Table:
+    """Return measured, exact and error, digit under digit."""
+    table = Table(box=box.SIMPLE_HEAD, title=f'{view.title}, t = {view.elapsed:.6f} s\n'
+                                             f'{view.frames}',
+                  title_justify='left', pad_edge=False)
+    table.add_column('')
+    table.add_column('')
+    for heading in ('x', 'y', 'z'):
+        table.add_column(heading, justify='right', min_width=10)
+    table.add_column('')
+    for row in view.rows:
+        table.add_row(f'{row.quantity} {row.symbol}', 'measured',
+                      *_numbers(row.measured, '.6f'), row.unit)
+        table.add_row('', 'exact', *_numbers(row.exact, '.6f'), row.unit)
+        table.add_row('', 'error', *_numbers(row.measured - row.exact, '.1e'), row.unit,
+                      end_section=False)
+    return table
+
+
+def _numbers(values: Array, digits: str) -> list[str]:
+    texts = [format(float(value) + 0.0, digits) for value in values]
+    return texts + [''] * (3 - len(texts))

@@ -1,0 +1,124 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Child processes that never outlive the tool which started them."""
+from __future__ import annotations
+
+from collections.abc import Sequence
+import ctypes
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+from types import FrameType, TracebackType
+from typing import IO
+
+from ..errors import ToolError
+
+STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+_PR_SET_PDEATHSIG = 1
+
+
+class StopFlag:
+    """
+    Set by SIGINT, SIGTERM or SIGHUP, in place of the default handlers.
+
+    An exception out of a signal handler may hit any line, also one that cleans up; a
+    flag that the main loop asks cannot.
+    """
+
+    def __init__(self) -> None:
+        self.is_set = False
+        for number in STOP_SIGNALS:
+            signal.signal(number, self._handle)
+
+    def _handle(self, number: int, frame: FrameType | None) -> None:
+        self.is_set = True
+
+
+class Children:
+    """
+    Python processes of this environment, ended when the context is left.
+
+    Each runs in a session of its own, so Ctrl-C in the terminal reaches the tool alone,
+    which then ends its children in order; and on Linux the kernel ends them if the
+    tool is killed outright.
+    """
+
+    def __init__(self, grace: float = 5.0) -> None:
+        self._grace = grace
+        self._running: list[tuple[str, subprocess.Popen[bytes], IO[bytes]]] = []
+
+    def __enter__(self) -> Children:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
+                 traceback: TracebackType | None) -> None:
+        for _, process, _ in reversed(self._running):
+            _signal_group(process, signal.SIGTERM)
+        for _, process, output in reversed(self._running):
+            try:
+                process.wait(self._grace)
+            except subprocess.TimeoutExpired:
+                _signal_group(process, signal.SIGKILL)
+                process.wait()
+            output.close()
+        self._running.clear()
+
+    def start(self, name: str, module: str, arguments: Sequence[str]) -> None:
+        """
+        Start ``python -m module arguments``; its output is kept for error messages.
+
+        Parameters
+        ----------
+        name : str
+            What the process is called in messages.
+        module : str
+            Its full name.
+        arguments : sequence of str
+            Its command line.
+
+        """
+        output = tempfile.TemporaryFile()
+        process = subprocess.Popen(
+            [sys.executable, '-m', module, *arguments], stdin=subprocess.DEVNULL,
+            stdout=output, stderr=subprocess.STDOUT, start_new_session=True,
+            preexec_fn=_end_with_parent if sys.platform == 'linux' else None)
+        self._running.append((name, process, output))
+
+    def check(self) -> None:
+        """
+        Raise if a process has ended, with the last lines it wrote.
+
+        Raises
+        ------
+        ToolError
+            Its message names the process and its exit code.
+
+        """
+        for name, process, output in self._running:
+            code = process.poll()
+            if code is not None:
+                raise ToolError(
+                    f'{name} ended with exit code {code}: {_last_lines(output)}')
+
+
+def _end_with_parent() -> None:
+    """Ask the kernel to send SIGTERM when the parent dies (between fork and exec)."""
+    parent = os.getppid()
+    ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGTERM)
+    if os.getppid() != parent:    # it died before the request
+        os._exit(1)
+
+
+def _signal_group(process: subprocess.Popen[bytes], number: signal.Signals) -> None:
+    try:
+        os.killpg(process.pid, number)
+    except ProcessLookupError:
+        pass
+
+
+def _last_lines(output: IO[bytes], count: int = 5) -> str:
+    output.seek(0)
+    lines = output.read().decode(errors='replace').strip().splitlines()
+    return ' | '.join(line.strip() for line in lines[-count:]) or 'no output'

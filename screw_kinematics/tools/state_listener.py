@@ -1,0 +1,109 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Listening to topics cheaply: only the newest message of each is ever decoded."""
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Mapping
+import time
+from types import TracebackType
+from typing import Any
+
+from ..errors import MissingExtraError
+
+
+class Stream:
+    """The newest message of one topic, and how often one comes."""
+
+    _WINDOW = 2.0
+
+    def __init__(self, kind: Any) -> None:
+        self._kind = kind
+        self._newest = b''
+        self._marks: deque[tuple[float, int]] = deque([(time.monotonic(), 0)])
+        self.count = 0
+
+    def receive(self, message: bytes) -> None:
+        """Take a serialised message."""
+        self._newest = message
+        self.count += 1
+
+    def message(self) -> Any:
+        """Return the newest message, or None before the first."""
+        from rclpy.serialization import deserialize_message
+        return deserialize_message(self._newest, self._kind) if self.count else None
+
+    def rate(self) -> float:
+        """Return messages per second over the last two seconds of calls [Hz]."""
+        now = time.monotonic()
+        self._marks.append((now, self.count))
+        while len(self._marks) > 2 and now - self._marks[1][0] > self._WINDOW:
+            self._marks.popleft()
+        (begin, before), (end, after) = self._marks[0], self._marks[-1]
+        return (after - before) / (end - begin) if end > begin else 0.0
+
+
+class Listener:
+    """
+    A ROS node that listens to topics in the present thread.
+
+    Parameters
+    ----------
+    topics : mapping of str to message type
+    name, namespace : str
+        Of the node.
+
+    Raises
+    ------
+    MissingExtraError
+        rclpy is not installed.
+
+    """
+
+    def __init__(self, topics: Mapping[str, Any], name: str, namespace: str = '') -> None:
+        require_ros()
+        import rclpy
+        from rclpy.executors import SingleThreadedExecutor
+        from rclpy.qos import qos_profile_sensor_data
+        from rclpy.signals import SignalHandlerOptions
+        self._context = rclpy.Context()
+        rclpy.init(args=[], context=self._context,
+                   signal_handler_options=SignalHandlerOptions.NO)
+        self.node = rclpy.create_node(name, namespace=namespace, context=self._context)
+        self._executor = SingleThreadedExecutor(context=self._context)
+        self._executor.add_node(self.node)
+        self.streams = {topic: Stream(kind) for topic, kind in topics.items()}
+        for topic, kind in topics.items():
+            self.node.create_subscription(kind, topic, self.streams[topic].receive,
+                                          qos_profile_sensor_data, raw=True)
+
+    def __enter__(self) -> Listener:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
+                 traceback: TracebackType | None) -> None:
+        self._executor.shutdown()
+        self.node.destroy_node()
+        self._context.try_shutdown()
+
+    def listen(self, seconds: float) -> None:
+        """Receive messages for a while."""
+        end = time.monotonic() + seconds
+        while (left := end - time.monotonic()) > 0:
+            self._executor.spin_once(timeout_sec=left)
+
+
+def require_ros() -> None:
+    """
+    Check that ROS can be imported.
+
+    Raises
+    ------
+    MissingExtraError
+        rclpy is not installed.
+
+    """
+    try:
+        import rclpy    # noqa: F401
+    except ImportError:
+        raise MissingExtraError('rclpy', 'ros', 'talking to ROS') from None

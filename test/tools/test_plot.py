@@ -1,0 +1,94 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Pictures: the lines that are drawn are the states, and every file format is written."""
+from pathlib import Path
+import re
+
+import numpy as np
+import pytest
+
+pytest.importorskip('matplotlib').use('agg')
+
+from screw_kinematics import models    # noqa: E402
+from screw_kinematics.tools import plot, robots    # noqa: E402
+from screw_kinematics.tools.figure11 import draw_figure11    # noqa: E402
+from screw_kinematics.tools.figures import draw_history    # noqa: E402
+from screw_kinematics.tools.history import of_motion, QUANTITIES    # noqa: E402
+from screw_kinematics.tools.screw_picture import draw_screws    # noqa: E402
+
+ROBOTS = Path(__file__).parents[2] / 'config' / 'robots'
+
+
+def test_figure11_begins_with_the_paper_s_values():
+    # Found by exact differentiation of the DH product: rad/s, mm/s, mm/s2; then reduced.
+    known = [(.110409, .584824, .703910), (128.262094, 144.769510, -130.620410), None,
+             (-75.851720, 58.070508, -78.416507, 102.442998, -46.636100, -19.389517)]
+    panels = draw_figure11().axes
+    assert len(panels) == 4
+    for axis, values in zip(panels, known):
+        first = [line.get_ydata()[0] for line in axis.lines]
+        last = [line.get_ydata()[-1] for line in axis.lines]
+        np.testing.assert_allclose(first, last, atol=1e-9)    # one period
+        if values is not None:
+            np.testing.assert_allclose(first, values, atol=1e-6)
+
+
+def test_each_drawn_order_is_the_derivative_of_the_one_before():
+    robot = models.load(robots.PUMA)
+    time = np.linspace(0.0, 1.0, 2001)
+    figure = draw_history([of_motion(robot, robots.motion(robot, 'multisine'), time,
+                                     ['pose', 'twist', 'accel', 'jerk', 'snap'])])
+    linear = [axis.lines for axis in figure.axes[1::2]]
+    for lower, higher in zip(linear, linear[1:]):
+        for below, above in zip(lower, higher):
+            slope = np.gradient(below.get_ydata(), time, edge_order=2)
+            scale = np.abs(above.get_ydata()).max() + 1
+            np.testing.assert_allclose(slope[2:-2], above.get_ydata()[2:-2],
+                                       atol=2e-4 * scale)
+
+
+@pytest.mark.parametrize('robot', ['puma560', 'rpr', 'panda'])
+def test_screw_axis_in_the_picture_moves_along_itself_only(robot):
+    robot = models.load(ROBOTS / f'{robot}.yaml')
+    q, qd = robots.motion(robot, 'paper').derivatives(1.0, 1)
+    space, = draw_screws(robot, q, qd).axes
+    arrow, = [c for c in space.collections if c.get_label() == 'instantaneous screw axis']
+    # The shaft of the arrow: begin and end of the first segment.
+    begin, end = np.array(arrow._segments3d[0])
+    state = robot.state(q, qd).about(begin)
+    np.testing.assert_allclose(np.cross(state.velocity[3:], end - begin), 0, atol=1e-12)
+    np.testing.assert_allclose(np.cross(state.velocity[:3], end - begin), 0, atol=1e-12)
+
+
+@pytest.mark.parametrize('ending', plot.ENDINGS)
+def test_file_formats(tmp_path, ending):
+    output = tmp_path / f'picture{ending}'
+    assert plot.main(['figure11', '--output', str(output)]) == 0
+    head = {'.png': b'\x89PNG', '.svg': b'<?xml', '.pdf': b'%PDF'}[ending]
+    assert output.read_bytes().startswith(head)
+
+
+@pytest.mark.parametrize('arguments', [
+    ['motion', str(ROBOTS / 'panda.yaml'), '--motion', 'minjerk', '--mm', '--quantities',
+     ','.join(QUANTITIES)],
+    ['screws', str(ROBOTS / 'rpr.yaml'), '--q', '0.5,0.3,-0.2', '--qd', '0,0.1,0'],
+    ['screws', str(ROBOTS / 'puma560.yaml'), '--qd', '0,0,0,0,0,0'],
+])
+def test_commands(tmp_path, arguments):
+    assert plot.main([*arguments, '--output', str(tmp_path / 'picture.png')]) == 0
+    assert (tmp_path / 'picture.png').stat().st_size > 10_000
+
+
+@pytest.mark.parametrize('arguments, message', [
+    (['motion', 'no.yaml'], 'no.yaml'),
+    (['motion', str(ROBOTS / 'rpr.yaml'), '--quantities', 'speed'], "unknown quantity 'speed'"),
+    (['screws', str(ROBOTS / 'rpr.yaml'), '--q', '1,2'], r'q: expected shape \(3,\)'),
+    (['recorded', 'states.txt'], 'states.txt: allowed: a file ending in .csv or .parquet'),
+    (['figure11', '--output', 'figure11.bmp'], "'figure11.bmp'; allowed: .*.svg"),
+])
+def test_errors_are_one_line_and_exit_code_2(capsys, arguments, message):
+    assert plot.main([*arguments, *([] if '--output' in arguments else ['--output', 'x.png'])
+                      ]) == 2
+    error = capsys.readouterr().err
+    assert error.startswith('plot: ') and error.count('\n') == 1
+    assert re.search(message, error)
