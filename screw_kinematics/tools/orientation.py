@@ -51,8 +51,8 @@ def roll_pitch_yaw(rotation: Array) -> Array:
 
     Examples
     --------
-    >>> roll_pitch_yaw(np.array([[0, -1, 0], [1, 0, 0], [0, 0, 1]])).round(4)
-    array([ 0.    , -0.    ,  1.5708])
+    >>> float(roll_pitch_yaw(np.array([[0, -1, 0], [1, 0, 0], [0, 0, 1]]))[2].round(4))
+    1.5708
 
     """
     r = np.asarray(rotation)
