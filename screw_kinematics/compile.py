@@ -8,9 +8,12 @@ from typing import Any, TYPE_CHECKING
 
 import numpy as np
 
+from .body_state import BodyState
 from .errors import InvalidValueError, UnknownNameError
+from .inward import tip_motion
 from .program import Program
 from .se3 import Array, rotate
+from .states import reduced_from_classical
 from .trace import Graph, straight_line, StraightLine
 
 if TYPE_CHECKING:
@@ -45,6 +48,10 @@ def compile_chain(chain: SerialChain, outputs: Iterable[str] = ('pose', 'twist',
     for what, value in (('axes', axes), ('pole', pole)):
         if value not in FRAMES:
             raise UnknownNameError(what, value, FRAMES)
+    symbols = [x for x in _parameters(chain) if np.asarray(x).dtype == object]
+    if symbols:
+        raise InvalidValueError(
+            f'{chain!r} has symbolic parameters; only a chain of numbers can be compiled')
     order = max(ORDERS[output] for output in outputs)
     line = trace_chain(chain, outputs, order, axes, pole)
     sizes = {name: 12 if name == 'pose' else 6 * chain.dof if name == 'jacobian' else 6
@@ -53,23 +60,36 @@ def compile_chain(chain: SerialChain, outputs: Iterable[str] = ('pose', 'twist',
                    chain.base_frame, chain.tip_frame)
 
 
+def _parameters(chain: SerialChain) -> list[Any]:
+    mimics = [joint.mimic for joint in chain.joints if joint.mimic is not None]
+    return [chain.T_base_tool,
+            *[x for joint in chain.joints for x in (joint.axis, joint.point, joint.pitch)],
+            *[x for mimic in mimics for x in (mimic.multiplier, mimic.offset)]]
+
+
 def trace_chain(chain: SerialChain, outputs: Iterable[str], order: int, axes: str,
                 pole: str) -> StraightLine:
     """Return the straight-line program of a chain's outputs, in the order given."""
     n = chain.dof
     inputs = Graph().inputs((order + 1) * n)
     q, *derivatives = [inputs[k * n:(k + 1) * n] for k in range(order + 1)]
-    state = chain.state(q, *derivatives).about(pole).expressed_in(axes)
+    pose, motions = tip_motion(chain, q, *derivatives)
+    state = BodyState(pose, tuple(reduced_from_classical(motions)), pose[:3, 3])
+    seen = state.about(pole).expressed_in(axes)
     values: list[Any] = []
     for name in outputs:
         if name == 'pose':
-            values += [*state.pose[:3, 3], *state.pose[:3, :3].ravel()]
+            values += [*pose[:3, 3], *pose[:3, :3].ravel()]
         elif name == 'jacobian':
-            values += [*_jacobian(chain, q, state.pose, axes, pole).ravel()]
+            values += [*_jacobian(chain, q, pose, axes, pole).ravel()]
         elif name.startswith('reduced_'):
-            values += [*state.reduced[ORDERS[name] - 1]]
+            values += [*seen.reduced[ORDERS[name] - 1]]
+        elif pole == 'tip':
+            # Already classical, so it need not be made from the reduced state.
+            motion = motions[ORDERS[name] - 1]
+            values += [*(motion if axes == 'base' else rotate(pose[:3, :3].T, motion))]
         else:
-            values += [*state.classical(ORDERS[name])]
+            values += [*seen.classical(ORDERS[name])]
     return straight_line(len(inputs), values)
 
 

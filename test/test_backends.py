@@ -72,9 +72,21 @@ def mimicking():
         displacement(rng.normal(size=3), 1.0, rng.normal(size=3)))
 
 
+def scara():
+    """Return a chain with parallel axes of all kinds, along and against each other."""
+    return SerialChain(
+        [Joint('a', 'revolute', (0, 0, 1)), Joint('b', 'revolute', (0, 0, -1), (0.4, 0.1, 0)),
+         Joint('c', 'prismatic', (0.6, 0, 0.8)), Joint('d', 'prismatic', (0, 0, -1)),
+         Joint('e', 'helical', (0, 0, 1), (0.7, 0, 0.2), pitch=0.1),
+         Joint('f', 'revolute', (0, 1, 1), (0.7, 0.2, 0))],
+        displacement([0, 0, 1], 0.5, [0.8, 0.1, -0.3]))
+
+
 CHAINS = {'panda': panda(), 'puma': puma(), 'rpr': rpr(), 'skew4': skew_axes(1, 4),
           'skew6': skew_axes(2, 6), 'mimic': mimicking(),
-          'slide': SerialChain([Joint('q', 'prismatic', (0, 1, 0))])}
+          'slide': SerialChain([Joint('q', 'prismatic', (0, 1, 0))]),
+          'fixed': SerialChain([], displacement([1, 2, 3], 1.0, [1, 2, 3])),
+          'scara': scara()}
 
 
 def motion(chain, n, order=4, seed=0):
@@ -205,3 +217,10 @@ def test_wrong_shapes_are_refused(call, shapes, match):
     program = CHAINS['rpr'].compile('twist')
     with pytest.raises(ShapeError, match=match):
         getattr(program, call)(*[np.zeros(shape) for shape in shapes])
+
+
+def test_symbolic_chains_are_refused():
+    sympy = pytest.importorskip('sympy')
+    chain = SerialChain([Joint('q', 'helical', (0, 0, 1), pitch=sympy.Symbol('h'))])
+    with pytest.raises(InvalidValueError, match='symbolic parameters'):
+        chain.compile()

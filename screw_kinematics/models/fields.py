@@ -11,6 +11,7 @@ from typing import Any
 
 from ..errors import ModelError, ScrewKinematicsError
 
+MAX_TEXT = 200  # characters of a name, so that messages stay readable
 _SHOWN = 12     # names listed in a message before it says how many more there are
 _short = reprlib.Repr()
 _short.maxstring = _short.maxother = 80
@@ -48,7 +49,7 @@ def number(value: Any) -> float | None:
     """
     Return a finite float, or None where the value is not one.
 
-    Text is accepted because XML has nothing else and YAML 1.1 reads 1e-3 as text.
+    Text is accepted, since XML and guarded YAML have nothing else.
 
     Examples
     --------
@@ -128,10 +129,10 @@ class Fields:
         return self._values.get(key, default)
 
     def text(self, key: str, default: str | None = None) -> str:
-        """Return a text that is not empty; required unless there is a default."""
+        """Return a text of bounded length; required unless there is a default."""
         value = self.raw(key, default)
-        if not isinstance(value, str) or not value.strip():
-            raise self.wrong(value, 'text (in quotes where YAML reads something else)', key)
+        if not isinstance(value, str) or not value.strip() or len(value) > MAX_TEXT:
+            raise self.wrong(value, f'text of 1 to {MAX_TEXT} characters', key)
         return value
 
     def choice(self, key: str, options: Iterable[str], default: str | None = None) -> str:

@@ -13,10 +13,15 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from xml.parsers import expat
 
+from .fields import MAX_TEXT
 from ..errors import ModelError
 
-MAX_BYTES = 16_000_000
+# Far beyond any robot, and so little that what is refused is refused within a second.
+MAX_BYTES = 4_000_000
+MAX_ELEMENTS = 20_000    # links and joints
 MAX_DEPTH = 50
+
+_KINEMATIC = ('parent', 'child', 'origin', 'axis', 'mimic')
 
 
 @dataclass
@@ -49,17 +54,20 @@ class _Reader:
         if self.depth == 1:
             if tag != 'robot':
                 raise ValueError(f"root element: got {tag[:80]!r}; allowed: 'robot'")
-            self.document.name = attributes.get('name', '')
+            self.document.name = attributes.get('name', '')[:MAX_TEXT]
         elif self.depth == 2:
             if tag.startswith('xacro:'):
                 raise ValueError(f'got the macro element {tag[:80]!r}; allowed: URDF '
                                  'expanded by xacro, or a file with the ending .xacro')
+            self.joint = None
             if tag == 'link':
                 self.document.links.append(attributes.get('name'))
-            self.joint = JointElement(attributes) if tag == 'joint' else None
-            if self.joint is not None:
+            elif tag == 'joint':
+                self.joint = JointElement(attributes)
                 self.document.joints.append(self.joint)
-        elif self.depth == 3 and self.joint is not None:
+            if len(self.document.links) + len(self.document.joints) > MAX_ELEMENTS:
+                raise ValueError(f'more links and joints than the {MAX_ELEMENTS} allowed')
+        elif self.depth == 3 and self.joint is not None and tag in _KINEMATIC:
             self.joint.parts.setdefault(tag, attributes)
         elif self.depth > MAX_DEPTH:
             raise ValueError(f'elements nested deeper than {MAX_DEPTH}')
@@ -95,7 +103,7 @@ def read_document(source: str, text: str | bytes) -> RobotDocument:
 
     """
     if len(text) > MAX_BYTES:
-        raise ModelError(source, f'{len(text)} bytes; allowed: at most {MAX_BYTES}')
+        raise ModelError(source, f'more than {MAX_BYTES} bytes; allowed: at most that')
     document = RobotDocument()
     reader = _Reader(document)
     parser = expat.ParserCreate()

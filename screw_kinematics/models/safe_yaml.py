@@ -3,9 +3,12 @@
 """
 YAML from anybody, read without surprises.
 
-Only plain data: tags and aliases are refused, so nothing is constructed and nothing
-grows when it is expanded; size and nesting are bounded; a key given twice is an error
-and not, as usual, the last one's silent victory.
+Only lists, mappings and text: tags and aliases are refused, so nothing is constructed
+and nothing grows when it is expanded; size and nesting are bounded; a key given twice is
+an error and not, as usual, the last one's silent victory. Scalars stay text, for whoever
+knows what a field means to convert them: so a joint may be called ``on`` or ``1``, and
+1e-3 is the number it looks like (YAML 1.1 takes the one for a truth value and the other
+for text).
 """
 from __future__ import annotations
 
@@ -16,12 +19,12 @@ import yaml
 from .fields import shown
 from ..errors import ModelError
 
-MAX_BYTES = 100_000
+MAX_BYTES = 50_000
 MAX_DEPTH = 20
 
 
-class _Loader(yaml.SafeLoader):
-    """PyYAML's safe loader with less freedom."""
+class _Loader(yaml.BaseLoader):
+    """PyYAML's plainest loader with less freedom."""
 
     depth = 0
 
@@ -30,7 +33,7 @@ class _Loader(yaml.SafeLoader):
         if isinstance(event, yaml.AliasEvent):
             raise _refusal(event, f'alias *{event.anchor}; allowed: values written out')
         if getattr(event, 'tag', None) is not None:
-            raise _refusal(event, f'tag {event.tag!r}; allowed: plain values')
+            raise _refusal(event, f'tag {shown(event.tag)}; allowed: plain values')
         self.depth += 1
         if self.depth > MAX_DEPTH:
             raise _refusal(event, f'nested deeper than {MAX_DEPTH}')
@@ -40,13 +43,12 @@ class _Loader(yaml.SafeLoader):
 
     def construct_mapping(self, node: Any, deep: bool = False) -> dict[Any, Any]:
         seen = set()
-        for key_node, _ in node.value:
-            key = shown(key_node.value)
-            if key_node.tag != self.DEFAULT_SCALAR_TAG:
-                raise _refusal(key_node, f'key {key} is no text; allowed: text')
-            if key_node.value in seen:
-                raise _refusal(key_node, f'key {key} is given twice')
-            seen.add(key_node.value)
+        for key, _ in node.value:
+            if not isinstance(key, yaml.ScalarNode):
+                raise _refusal(key, 'key that is a collection; allowed: text')
+            if key.value in seen:
+                raise _refusal(key, f'key {shown(key.value)} is given twice')
+            seen.add(key.value)
         mapping: dict[Any, Any] = super().construct_mapping(node, deep)
         return mapping
 
@@ -68,7 +70,8 @@ def read_yaml(source: str, text: str | bytes) -> Any:
 
     Returns
     -------
-    dict, list, str, int, float, bool, datetime or None
+    dict, list or str
+        Mappings and lists of the same, down to text; None for an empty document.
 
     Raises
     ------
@@ -79,16 +82,15 @@ def read_yaml(source: str, text: str | bytes) -> Any:
     Examples
     --------
     >>> read_yaml('doc', 'axis: [0, 0, 1]')
-    {'axis': [0, 0, 1]}
+    {'axis': ['0', '0', '1']}
 
     """
     if len(text) > MAX_BYTES:
-        raise ModelError(source, f'{len(text)} bytes; allowed: at most {MAX_BYTES}')
+        raise ModelError(source, f'more than {MAX_BYTES} bytes; allowed: at most that')
     try:
         return yaml.load(text, Loader=_Loader)
     except yaml.MarkedYAMLError as error:
         line = f'line {error.problem_mark.line + 1}: ' if error.problem_mark else ''
         raise ModelError(source, f'{line}{error.problem}') from None
-    except (yaml.YAMLError, ValueError) as error:
-        # ValueError: what YAML takes for a number or a date, and Python does not.
+    except yaml.YAMLError as error:
         raise ModelError(source, f'not YAML: {error}') from None
