@@ -1,0 +1,226 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The node: from joint states to the kinematic states of any number of robots."""
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+from diagnostic_msgs.msg import DiagnosticArray
+from rcl_interfaces.msg import SetParametersResult
+from rclpy.clock import Clock, ClockType, JumpThreshold, TimeJump
+from rclpy.duration import Duration
+from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
+from rclpy.parameter import Parameter
+from rclpy.parameter_service import ParameterService
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from std_msgs.msg import String
+
+from .background import Background
+from .diagnostics import Diagnostics
+from .joint_input import JointInput
+from .parameters import as_values, NodeParameters
+from .robot import Robot
+from ..errors import ParameterError, ScrewKinematicsError
+
+HOUSEKEEPING_PERIOD = 0.1
+
+HOW_TO_CONFIGURE = (
+    'names of robots, and a description for each, for example: --ros-args -p robots:=[arm] '
+    '-p arm.description:=package://screw_kinematics/config/robots/puma560.yaml; or a file of '
+    'parameters such as share/screw_kinematics/config/kinematic_states.yaml')
+
+
+class KinematicStatePublisher(LifecycleNode):
+    """
+    Publishes twist, acceleration and more of end effectors, from joint states.
+
+    A managed node: it reads its parameters and models when it is configured, and listens
+    to joint states while it is active.
+
+    Parameters
+    ----------
+    **options
+        As for ``rclpy.node.Node``.
+
+    Raises
+    ------
+    ScrewKinematicsError
+        With ``autostart``, if it cannot be configured.
+
+    """
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__('kinematic_state_publisher', start_parameter_services=False, **options)
+        self._settings = NodeParameters(self)
+        settings = self._settings.node_settings()
+        self.robots: dict[str, Robot] = {}
+        self.inputs: dict[str, JointInput] = {}
+        self._descriptions: list[Any] = []
+        self._background = Background()
+        self.failure: ScrewKinematicsError | None = None
+        self.unknown_parameters: list[str] = []
+        self.state = 'unconfigured'
+        self._plans: dict[str, tuple[Any, Any]] = {}
+        self._steady = Clock(clock_type=ClockType.STEADY_TIME)
+        if settings.allow_remote_parameters:
+            self._remote_parameters = ParameterService(self)
+        self._diagnostics = Diagnostics()
+        self._report = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
+        self._jumps = self.get_clock().create_jump_callback(
+            JumpThreshold(min_forward=None, min_backward=Duration(nanoseconds=-1)),
+            post_callback=self._clock_jumped)
+        self.create_timer(HOUSEKEEPING_PERIOD, self._keep_house, clock=self._steady)
+        self._report_timer = self.create_timer(1.0, self._publish_diagnostics, clock=self._steady)
+        self._set_report_rate(settings.diagnostics_rate)
+        self.add_on_set_parameters_callback(self._check_parameters)
+        self.add_post_set_parameters_callback(self._parameters_changed)
+        self._starting = settings.autostart
+        if settings.autostart:
+            self.trigger_configure()
+            if self.failure is not None:
+                raise self.failure
+            self.trigger_activate()
+            self._starting = False
+
+    # Life cycle
+
+    def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Read parameters and models; create the topics."""
+        self.failure = None
+        try:
+            self._configure()
+        except ScrewKinematicsError as error:
+            self.failure = error
+            if not self._starting:      # else it is raised, for one line in all
+                self.get_logger().error(f'cannot be configured: {error}')
+            self._clean_up()
+            return TransitionCallbackReturn.FAILURE
+        self.state = 'inactive'
+        return super().on_configure(state)
+
+    def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Begin to listen to joint states."""
+        for joint_input in self.inputs.values():
+            joint_input.listen()
+        self.state = 'active'
+        return super().on_activate(state)
+
+    def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Listen to joint states no more."""
+        for joint_input in self.inputs.values():
+            joint_input.ignore()
+        for robot in self.robots.values():
+            robot.reset()
+        self.state = 'inactive'
+        return super().on_deactivate(state)
+
+    def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Remove the topics and forget the models."""
+        self._clean_up()
+        self.state = 'unconfigured'
+        return super().on_cleanup(state)
+
+    def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Remove the topics, for good."""
+        self._clean_up()
+        self.state = 'finalized'
+        return super().on_shutdown(state)
+
+    def destroy_node(self) -> None:
+        """Stop the background work too."""
+        self._background.close()
+        super().destroy_node()
+
+    def _configure(self) -> None:
+        settings = self._settings.node_settings()
+        if not settings.robots:
+            raise ParameterError('robots', [], HOW_TO_CONFIGURE)
+        every = [self._settings.robot_settings(name) for name in settings.robots]
+        for robot_settings in every:
+            robot = Robot(self, robot_settings, self._background)
+            self.robots[robot.name] = robot
+            if robot_settings.description:
+                robot.load_given()
+        listeners: dict[str, list[Robot]] = {}
+        for robot in self.robots.values():
+            topic = self.resolve_topic_name(robot.settings.joint_states_topic)
+            listeners.setdefault(topic, []).append(robot)
+        for topic, robots in listeners.items():
+            self.inputs[topic] = JointInput(self, topic, [robot.take for robot in robots])
+        self._subscribe_to_descriptions(
+            r for r in self.robots.values() if not r.settings.description)
+        self.unknown_parameters = self._settings.unknown()
+        for sentence in self.unknown_parameters:
+            self.get_logger().warning(sentence)
+
+    def _subscribe_to_descriptions(self, robots: Iterable[Robot]) -> None:
+        by_topic: dict[str, list[Robot]] = {}
+        for robot in robots:
+            topic = self.resolve_topic_name(robot.settings.description_topic)
+            by_topic.setdefault(topic, []).append(robot)
+        for topic, waiting in by_topic.items():
+            def described(message: String, waiting: list[Robot] = waiting) -> None:
+                for robot in waiting:
+                    robot.load_text(message.data)
+            self._descriptions.append(self.create_subscription(
+                String, topic, described,
+                QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)))
+
+    def _clean_up(self) -> None:
+        for subscription in self._descriptions:
+            self.destroy_subscription(subscription)
+        self._descriptions.clear()
+        for joint_input in self.inputs.values():
+            joint_input.ignore()
+        self.inputs.clear()
+        for robot in self.robots.values():
+            robot.close()
+        self.robots.clear()
+
+    # At low rate
+
+    def _keep_house(self) -> None:
+        self._background.collect()
+        now = self.get_clock().now().nanoseconds * 1e-9
+        for robot in self.robots.values():
+            robot.check_demand()
+            robot.release_silent(now)
+        self._diagnostics.log_refusals(self)
+
+    def _publish_diagnostics(self) -> None:
+        self._report.publish(self._diagnostics.report(self))
+
+    def _set_report_rate(self, rate: float) -> None:
+        if rate > 0:
+            self._report_timer.timer_period_ns = round(1e9 / rate)
+            self._report_timer.reset()
+        else:
+            self._report_timer.cancel()
+
+    def _clock_jumped(self, jump: TimeJump) -> None:
+        for robot in self.robots.values():
+            robot.reset()
+
+    # Parameters
+
+    def _check_parameters(self, parameters: list[Parameter]) -> SetParametersResult:
+        values = as_values(parameters)
+        self._plans = {}
+        try:
+            self._settings.check_changeable(values, configured=bool(self.robots))
+            for name, value in values.items():
+                self._settings.check_value(name, value)
+            for name, robot in self.robots.items():
+                if any(changed.startswith(f'{name}.') for changed in values):
+                    settings = self._settings.robot_settings(name, values)
+                    self._plans[name] = settings, robot.prepare(settings)
+        except ScrewKinematicsError as error:
+            return SetParametersResult(successful=False, reason=str(error))
+        return SetParametersResult(successful=True)
+
+    def _parameters_changed(self, parameters: list[Parameter]) -> None:
+        plans, self._plans = self._plans, {}
+        for name, (settings, model) in plans.items():
+            self.robots[name].apply(settings, model)
+        self._set_report_rate(self._settings.node_settings().diagnostics_rate)

@@ -1,0 +1,127 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The topics of one robot: what each needs computed, and how its messages are made."""
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
+
+from geometry_msgs.msg import (
+    AccelStamped, AccelWithCovarianceStamped, PoseStamped, TwistStamped,
+    TwistWithCovarianceStamped, VelocityStamped)
+from visualization_msgs.msg import MarkerArray
+
+from .encoders import (
+    AccelEncoder, PoseEncoder, TwistEncoder, TwistWithCovarianceEncoder, VelocityEncoder)
+from ..covariance import through_jacobian
+from ..quaternions import quaternion_from_rotation
+
+Values = Sequence[float]
+Slices = dict[str, slice]
+Send = Callable[[int, Values], None]
+Variances = Callable[[int], Sequence[float]]
+
+
+class OutputKind(NamedTuple):
+    """
+    A kind of topic.
+
+    Attributes
+    ----------
+    message : type
+        ROS message type.
+    needs : tuple of str
+        Outputs of the compiled program it is made from.
+    derivative : int
+        Derivative of the joint positions whose variance it needs; 0: none.
+
+    """
+
+    message: Any
+    needs: tuple[str, ...]
+    derivative: int = 0
+
+
+KINDS = {
+    'pose': OutputKind(PoseStamped, ('pose',)),
+    'twist': OutputKind(TwistStamped, ('twist',)),
+    'accel': OutputKind(AccelStamped, ('accel',)),
+    'reduced_accel': OutputKind(AccelStamped, ('reduced_accel',)),
+    'jerk': OutputKind(AccelStamped, ('jerk',)),
+    'snap': OutputKind(AccelStamped, ('snap',)),
+    'velocity': OutputKind(VelocityStamped, ('twist',)),
+    'twist_with_covariance': OutputKind(
+        TwistWithCovarianceStamped, ('twist', 'jacobian'), derivative=1),
+    'accel_with_covariance': OutputKind(
+        AccelWithCovarianceStamped, ('accel', 'jacobian'), derivative=2),
+    'markers': OutputKind(MarkerArray, ('pose', 'twist', 'reduced_accel')),
+}
+
+
+class Frames(NamedTuple):
+    """Frame names in messages: of the base, of the tip, and of the vectors' axes."""
+
+    base: str
+    tip: str
+    axes: str
+
+
+def make_send(output: str, publish: Callable[[bytes], None], slices: Slices, frames: Frames,
+              variances: Variances) -> Send:
+    """
+    Return the function that publishes one output from the values of the program.
+
+    Parameters
+    ----------
+    output : str
+        Any of KINDS but markers.
+    publish : callable
+        Takes a serialized message.
+    slices : dict from str to slice
+        Where the program's outputs are among the values.
+    frames : Frames
+        Frame names for the messages.
+    variances : callable
+        From a derivative to the variance of each joint.
+
+    Returns
+    -------
+    callable
+        Takes the stamp [ns] and the values of the program.
+
+    """
+    kind = KINDS[output]
+    at = slices[kind.needs[0]]
+    if output == 'pose':
+        return _send_pose(publish, at, PoseEncoder(frames.base).encode)
+    if kind.derivative:
+        return _send_with_covariance(
+            publish, at, slices['jacobian'], kind.derivative, variances,
+            TwistWithCovarianceEncoder(frames.axes).encode)
+    if kind.message is TwistStamped:
+        encode = TwistEncoder(frames.axes).encode
+    elif kind.message is AccelStamped:
+        encode = AccelEncoder(frames.axes).encode
+    else:
+        encode = VelocityEncoder(frames.axes, frames.tip, frames.base).encode
+
+    def send(stamp_ns: int, values: Values) -> None:
+        publish(encode(stamp_ns, values[at]))
+    return send
+
+
+def _send_pose(publish: Callable[[bytes], None], at: slice,
+               encode: Callable[[int, Values], bytes]) -> Send:
+    def send(stamp_ns: int, values: Values) -> None:
+        pose = values[at]
+        publish(encode(stamp_ns, (*pose[:3], *quaternion_from_rotation(pose[3:]))))
+    return send
+
+
+def _send_with_covariance(publish: Callable[[bytes], None], at: slice, jacobian: slice,
+                          derivative: int, variances: Variances,
+                          encode: Callable[[int, Values], bytes]) -> Send:
+    def send(stamp_ns: int, values: Values) -> None:
+        covariance = through_jacobian(values[jacobian], variances(derivative))
+        publish(encode(stamp_ns, (*values[at], *covariance)))
+    return send
