@@ -37,6 +37,19 @@ def compile_chain(chain: SerialChain, outputs: Iterable[str] = ('pose', 'twist',
         An output, backend, axes or pole is unknown; the message lists those that exist.
 
     """
+    outputs = checked_outputs(outputs, axes, pole)
+    symbols = [x for x in _parameters(chain) if np.asarray(x).dtype == object]
+    if symbols:
+        raise InvalidValueError(
+            f'{chain!r} has symbolic parameters; only a chain of numbers can be compiled')
+    order = max(ORDERS[output] for output in outputs)
+    line = trace_chain(chain, outputs, order, axes, pole)
+    return Program(line, output_sizes(outputs, chain.dof), chain.joint_names, order, backend,
+                   axes, pole, chain.base_frame, chain.tip_frame)
+
+
+def checked_outputs(outputs: Iterable[str], axes: str, pole: str) -> tuple[str, ...]:
+    """Return the names of the outputs, after checking them, axes and pole."""
     outputs = (outputs,) if isinstance(outputs, str) else tuple(outputs)
     if not outputs:
         raise InvalidValueError(f'no outputs asked for; known: {", ".join(ORDERS)}')
@@ -48,16 +61,13 @@ def compile_chain(chain: SerialChain, outputs: Iterable[str] = ('pose', 'twist',
     for what, value in (('axes', axes), ('pole', pole)):
         if value not in FRAMES:
             raise UnknownNameError(what, value, FRAMES)
-    symbols = [x for x in _parameters(chain) if np.asarray(x).dtype == object]
-    if symbols:
-        raise InvalidValueError(
-            f'{chain!r} has symbolic parameters; only a chain of numbers can be compiled')
-    order = max(ORDERS[output] for output in outputs)
-    line = trace_chain(chain, outputs, order, axes, pole)
-    sizes = {name: 12 if name == 'pose' else 6 * chain.dof if name == 'jacobian' else 6
-             for name in outputs}
-    return Program(line, sizes, chain.joint_names, order, backend, axes, pole,
-                   chain.base_frame, chain.tip_frame)
+    return outputs
+
+
+def output_sizes(outputs: Iterable[str], dof: int) -> dict[str, int]:
+    """Return how many numbers each output has."""
+    return {name: 12 if name == 'pose' else 6 * dof if name == 'jacobian' else 6
+            for name in outputs}
 
 
 def _parameters(chain: SerialChain) -> list[Any]:

@@ -68,6 +68,19 @@ class ToolError(ScrewKinematicsError, RuntimeError):
     """A console program cannot go on: a process ended, a file is damaged, nothing came."""
 
 
+class ClosureError(ScrewKinematicsError, ValueError):
+    """A loop of a parallel manipulator does not close; ``limb`` and ``misfit`` say which."""
+
+    def __init__(self, limb: str, misfit: float, problem: str) -> None:
+        self.limb = limb
+        self.misfit = misfit
+        super().__init__(f'the loop of limb {limb!r} does not close: {problem}')
+
+
+class AssemblyModeError(ScrewKinematicsError, ValueError):
+    """The loops of a parallel manipulator close in another assembly mode than before."""
+
+
 class MissingExtraError(ScrewKinematicsError, ImportError):
     """An optional dependency is not installed."""
 

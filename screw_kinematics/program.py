@@ -36,6 +36,8 @@ class Program:
     axes, pole : {'base', 'tip'}
         Whose axes the six-vectors are in, and which point they refer to.
     base_frame, tip_frame : str
+    input_names : sequence of str, optional
+        What the line reads. Default: q, then qd, ... up to ``order``.
 
     Attributes
     ----------
@@ -54,7 +56,7 @@ class Program:
     def __init__(self, line: StraightLine, sizes: Mapping[str, int],
                  joint_names: Sequence[str], order: int, backend: str = 'auto',
                  axes: str = 'base', pole: str = 'tip', base_frame: str = 'base',
-                 tip_frame: str = 'tool') -> None:
+                 tip_frame: str = 'tool', input_names: Sequence[str] | None = None) -> None:
         self.line = line
         self.outputs = tuple(sizes)
         self.joint_names = tuple(joint_names)
@@ -65,9 +67,8 @@ class Program:
         self.base_frame, self.tip_frame = base_frame, tip_frame
         ends = np.cumsum([0, *sizes.values()]).tolist()
         self.slices = {name: slice(a, b) for name, a, b in zip(sizes, ends, ends[1:])}
-        self.input_names = tuple(
-            f'{derivative}{k}' for derivative in DERIVATIVES[:order + 1]
-            for k in range(1, self.dof + 1))
+        self.input_names = motion_names(self.dof, order) if input_names is None \
+            else tuple(input_names)
         self._backend = make_backend(backend, line, self.input_names)
         self.backend = self._backend.name
         self.evaluate = self._backend.evaluate
@@ -128,3 +129,17 @@ class Program:
                 shape = f'({"N, " if ndim == 2 else ""}{self.dof}{"," if ndim == 1 else ""})'
                 raise ShapeError(name, shape + ', all alike', part.shape)
         return parts
+
+
+def motion_names(dof: int, order: int) -> tuple[str, ...]:
+    """
+    Return names of the numbers q, qd, ... up to a derivative.
+
+    Examples
+    --------
+    >>> motion_names(2, 1)
+    ('q1', 'q2', 'qd1', 'qd2')
+
+    """
+    return tuple(f'{derivative}{k}' for derivative in DERIVATIVES[:order + 1]
+                 for k in range(1, dof + 1))

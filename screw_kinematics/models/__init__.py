@@ -1,9 +1,10 @@
 # Copyright screw_kinematics contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-Robot descriptions and how they become chains.
+Robot descriptions and how they become chains or parallel manipulators.
 
-Formats: model files in YAML (:mod:`.model_file`), URDF, and xacro where it is installed.
+Formats: model files in YAML (:mod:`.model_file`, :mod:`.parallel_file`), URDF, and xacro
+where it is installed.
 """
 from .loading import load, load_urdf
 

@@ -8,18 +8,20 @@ from pathlib import Path
 
 from .fields import listed
 from .model_file import chain_from_data
+from .parallel_file import manipulator_from_data
 from .robot_xml import MAX_BYTES
 from .safe_yaml import read_yaml
 from .urdf import chain_from_urdf
 from .uri import local_path
 from ..chain import SerialChain
 from ..errors import MissingExtraError, ModelError
+from ..parallel import ParallelManipulator
 
 ENDINGS = ('.yaml', '.yml', '.urdf', '.xacro')
 
 
 def load(uri: str | os.PathLike[str], base_frame: str | None = None,
-         tip_frame: str | None = None) -> SerialChain:
+         tip_frame: str | None = None) -> SerialChain | ParallelManipulator:
     """
     Return the robot a file describes.
 
@@ -34,7 +36,8 @@ def load(uri: str | os.PathLike[str], base_frame: str | None = None,
 
     Returns
     -------
-    SerialChain
+    SerialChain or ParallelManipulator
+        The latter from a model file with limbs.
 
     Raises
     ------
@@ -60,8 +63,10 @@ def load(uri: str | os.PathLike[str], base_frame: str | None = None,
     content = _content(source, path)
     if ending == '.urdf':
         return load_urdf(content, base_frame, tip_frame, source)
-    return chain_from_data(read_yaml(source, content), source, path.stem,
-                           base_frame, tip_frame)
+    data = read_yaml(source, content)
+    read = manipulator_from_data if isinstance(data, dict) and 'limbs' in data \
+        else chain_from_data
+    return read(data, source, path.stem, base_frame, tip_frame)
 
 
 def load_urdf(text: str | bytes, base_frame: str | None = None, tip_frame: str | None = None,

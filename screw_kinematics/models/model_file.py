@@ -31,26 +31,16 @@ multiplier is a ratio of SI values, the offset in the file's units.
 """
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
-
-import numpy as np
 
 from .dh import CONVENTIONS, DHRow, place_rows
 from .fields import Fields, reported
-from .following import followed_joint
-from .placement import pose, rotation_rpy
+from .joint_fields import (
+    COMMON, joint_fields, MAX_JOINTS, measured_ends, read_frame, read_joint, read_pose, units_of)
 from .units import Units
 from ..chain import SerialChain
-from ..joint import Joint, KINDS, Mimic
+from ..joint import Joint
 from ..se3 import Array
-
-MAX_JOINTS = 1000
-"""Most joints of one file."""
-
-_COMMON = ('name', 'units', 'base_frame', 'tip_frame')
-_ROWS = ('row 1', 'row 2', 'row 3', 'row 4')
-_JOINT = ('name', 'kind', 'pitch', 'mimic')
 
 
 def chain_from_data(data: Any, source: str, name: str, base_frame: str | None = None,
@@ -81,94 +71,40 @@ def chain_from_data(data: Any, source: str, name: str, base_frame: str | None = 
     """
     fields = Fields(source, '', data)
     if 'dh' in fields:
-        fields = Fields(source, '', data, (*_COMMON, 'dh', 'base', 'tool'))
+        fields = Fields(source, '', data, (*COMMON, 'dh', 'base', 'tool'))
         read = _dh_joints
     else:
-        fields = Fields(source, '', data, (*_COMMON, 'joints', 'home'))
+        fields = Fields(source, '', data, (*COMMON, 'joints', 'home'))
         read = _screw_joints
-    units = Units.from_fields(
-        Fields(source, 'units', fields.raw('units', {}), ('length', 'angle')))
+    units = units_of(fields)
     with reported(source):
         joints, T_base_tool = read(fields, units)
         return SerialChain(
-            _measured_ends(source, joints), T_base_tool,
-            base_frame=_frame(fields, 'base_frame', base_frame, 'base'),
-            tip_frame=_frame(fields, 'tip_frame', tip_frame, 'tool'),
+            measured_ends(source, joints), T_base_tool,
+            base_frame=read_frame(fields, 'base_frame', base_frame, 'base'),
+            tip_frame=read_frame(fields, 'tip_frame', tip_frame, 'tool'),
             name=fields.text('name', name))
-
-
-def _frame(fields: Fields, key: str, wanted: str | None, default: str) -> str:
-    given = fields.text(key, wanted or default)
-    if wanted is not None and wanted != given:
-        raise fields.wrong(wanted, f'{given!r}, as the file names it', key)
-    return given
 
 
 def _screw_joints(fields: Fields, units: Units) -> tuple[list[Joint], Array]:
     joints = []
     for i, entry in enumerate(fields.items('joints', MAX_JOINTS), start=1):
-        joint = _joint_fields(fields.source, f'joint {i}', entry, ('axis', 'point'))
+        joint = joint_fields(fields.source, f'joint {i}', entry, ('axis', 'point'))
         point = [units.length(x) for x in joint.numbers('point', 3, (0, 0, 0))]
-        joints.append(_joint(joint, units, joint.numbers('axis', 3), point))
-    return joints, _pose(fields, 'home', units, required=True)
+        joints.append(read_joint(joint, units, joint.numbers('axis', 3), point))
+    return joints, read_pose(fields, 'home', units, required=True)
 
 
 def _dh_joints(fields: Fields, units: Units) -> tuple[list[Joint], Array]:
     dh = Fields(fields.source, 'dh', fields.raw('dh'), ('convention', 'rows'))
     convention = dh.choice('convention', CONVENTIONS)
-    entries = [_joint_fields(fields.source, f'dh row {i}', entry,
-                             ('a', 'alpha', 'd', 'theta'))
+    entries = [joint_fields(fields.source, f'dh row {i}', entry,
+                            ('a', 'alpha', 'd', 'theta'))
                for i, entry in enumerate(dh.items('rows', MAX_JOINTS), start=1)]
     rows = [DHRow(units.length(row.number('a', 0.0)), units.angle(row.number('alpha', 0.0)),
                   units.length(row.number('d', 0.0)), units.angle(row.number('theta', 0.0)))
             for row in entries]
-    frames, last = place_rows(rows, convention, _pose(fields, 'base', units))
-    joints = [_joint(row, units, frame[:3, 2], frame[:3, 3])
+    frames, last = place_rows(rows, convention, read_pose(fields, 'base', units))
+    joints = [read_joint(row, units, frame[:3, 2], frame[:3, 3])
               for row, frame in zip(entries, frames)]
-    return joints, last @ _pose(fields, 'tool', units)
-
-
-def _joint_fields(source: str, place: str, entry: Any, more: tuple[str, ...]) -> Fields:
-    """Return the fields of one joint, its errors located by its name."""
-    name = Fields(source, place, entry).text('name')
-    return Fields(source, f'joint {name!r}', entry, (*_JOINT, *more))
-
-
-def _joint(fields: Fields, units: Units, axis: Any, point: Any) -> Joint:
-    kind = fields.choice('kind', KINDS, 'revolute')
-    pitch = units.pitch(fields.number('pitch', None if kind == 'helical' else 0.0))
-    return Joint(fields.text('name'), kind, axis, point, pitch,
-                 _followed(fields, units, kind))
-
-
-def _followed(fields: Fields, units: Units, kind: str) -> Mimic | None:
-    """Return what the joint follows directly, by its own ``mimic``."""
-    if 'mimic' not in fields:
-        return None
-    mimic = Fields(fields.source, f'{fields.place}: mimic', fields.raw('mimic'),
-                   ('joint', 'multiplier', 'offset'))
-    offset = mimic.number('offset', 0.0)
-    return Mimic(mimic.text('joint'), mimic.number('multiplier', 1.0),
-                 units.length(offset) if kind == 'prismatic' else units.angle(offset))
-
-
-def _measured_ends(source: str, joints: list[Joint]) -> list[Joint]:
-    """Return the joints, each that follows another now following a measured one."""
-    rules = {joint.name: joint.mimic for joint in joints}
-    return [replace(joint, mimic=followed_joint(source, joint.name, rules.get))
-            for joint in joints]
-
-
-def _pose(fields: Fields, key: str, units: Units, required: bool = False) -> Array:
-    value = fields.raw(key, None if required else {})
-    place = Fields(fields.source, key, value, ('xyz', 'rpy', 'matrix'))
-    if 'matrix' in place:
-        rows = place.items('matrix', 4)
-        if 'xyz' in place or 'rpy' in place or len(rows) != 4:
-            raise place.wrong(value, 'xyz and rpy, or a matrix of four rows')
-        matrix = Fields(fields.source, f'{key}: matrix', dict(zip(_ROWS, rows)))
-        T = np.array([matrix.numbers(row, 4) for row in _ROWS])
-        T[:3, 3] = [units.length(x) for x in T[:3, 3]]
-        return T
-    return pose(rotation_rpy(*(units.angle(x) for x in place.numbers('rpy', 3, (0, 0, 0)))),
-                [units.length(x) for x in place.numbers('xyz', 3, (0, 0, 0))])
+    return joints, last @ read_pose(fields, 'tool', units)

@@ -34,6 +34,7 @@ def build_model(settings: RobotSettings, text: str | None = None) -> Any:
     """
     frames = settings.base_frame or None, settings.tip_frame or None
     given = settings.description
+    model: Any
     if text is not None:
         model = models.load_urdf(text, *frames, source=f'topic {settings.description_topic!r}')
     elif given.lstrip().startswith('<'):

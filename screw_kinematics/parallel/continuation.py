@@ -1,0 +1,141 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""
+Following a parallel manipulator from one posture to another.
+
+The loops close in several assembly modes, and Newton-Raphson from far away may land in any.
+So the actuators' way is walked in steps small enough that the passive joints do as the
+screws predict, and a step over a direct singularity, where assembly modes meet, is refused.
+"""
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from .closed_posture import closed_posture, ClosedPosture
+from .limbs import Limbs
+from .newton import close_loops, Solution
+from ..errors import AssemblyModeError, ScrewKinematicsError, SingularityError
+from ..se3 import Array
+
+LONGEST = 0.3
+"""Longest predicted motion of a passive joint in one step [rad, m by the length]."""
+SHORTEST = 1e-3
+"""Part of the way below which a step is given up."""
+NEARLY_CLOSED = 1e-6
+"""Misfit below which slow convergence means a singularity, not an open loop."""
+SAME = 1e-6
+"""Difference of joints [rad, m] up to which postures are the same."""
+SINGULAR = 1e-6
+"""Value of the direct conditioning from which on a posture counts as singular."""
+
+
+def follow(limbs: Limbs, start: ClosedPosture, target: Array, closed: float,
+           shortest: float = SHORTEST) -> ClosedPosture:
+    """
+    Return the posture for given actuators, in the assembly mode of another posture.
+
+    Parameters
+    ----------
+    limbs : Limbs
+        What to follow.
+    start : ClosedPosture
+        Where to start.
+    target : array, shape (actuated joints,)
+        Positions of the actuated joints [rad, m].
+    closed : float
+        Largest misfit of a closed loop.
+    shortest : float
+        Smallest part of the way to try before giving up; 1 allows no parts.
+
+    Returns
+    -------
+    ClosedPosture
+
+    Raises
+    ------
+    ClosureError
+        A loop does not close, on the way or at its end.
+    AssemblyModeError
+        The way leads over a direct singularity into another assembly mode.
+    SingularityError
+        The posture itself is singular.
+
+    """
+    here, left, share, iterations = start, 1.0, 1.0, 0
+    way = _way(limbs, start.actuated, target)
+    while True:
+        remaining = left * way
+        _, passive = here.system.direct(here.system.carried(remaining))
+        predicted = np.concatenate([remaining, passive[limbs.slot_of]])
+        longest = float(np.max(np.abs(predicted) * limbs.scale, initial=0.0))
+        if shortest < 1:
+            share = min(share, LONGEST / max(longest, LONGEST))
+        try:
+            there = _step(limbs, here, share * predicted, closed)
+        except ScrewKinematicsError:
+            share /= 2
+            if share * left < shortest:
+                raise
+            continue
+        iterations += there.iterations
+        here, left = there, left * (1 - share)
+        if share == 1.0:
+            return replace(here, iterations=iterations)
+        share = min(1.0, 2 * share / (1 - share))
+
+
+def check_same_mode(limbs: Limbs, posture: ClosedPosture, expected: ClosedPosture) -> None:
+    """
+    Raise an error unless two postures for the same actuators are the same.
+
+    Raises
+    ------
+    AssemblyModeError
+        They are not; the message names a joint that differs.
+
+    """
+    away = np.abs(limbs.difference(posture.joints, expected.joints))
+    worst = int(np.argmax(away))
+    if away[worst] > SAME:
+        raise AssemblyModeError(
+            f'another assembly mode than at home: joint {limbs.joint_names[worst]!r} is at '
+            f'{posture.joints[worst]:.6g}, but comes to {expected.joints[worst]:.6g} from '
+            f'home {limbs.at(posture.joints)}')
+
+
+def _step(limbs: Limbs, here: ClosedPosture, part: Array, closed: float) -> ClosedPosture:
+    """Return the posture one step on; raise why there is none."""
+    there = close_loops(limbs, here.joints + part, here.system.ranks)
+    if np.max(there.misfit) <= max(closed, NEARLY_CLOSED):
+        _check_step(limbs, here, there, part)
+    signs = there.system.working_signs(here.system)
+    return closed_posture(limbs, there, here.working_mode * signs, closed)
+
+
+def _way(limbs: Limbs, start: Array, target: Array) -> Array:
+    """Return the actuators' way; a measured angle that wraps goes the short way round."""
+    way = target - start
+    turns = np.where(limbs.wraps, np.round(way / (2 * np.pi)), 0.0)
+    return way - 2 * np.pi * turns
+
+
+def _check_step(limbs: Limbs, here: ClosedPosture, there: Solution, part: Array) -> None:
+    """Raise why a step cannot be taken although its end is closed or nearly so."""
+    direct = there.system.direct_conditioning
+    where = limbs.at(there.joints)
+    if direct < SINGULAR or not there.converged:
+        raise SingularityError(
+            f'direct singularity: the platform can move with the actuators locked; smallest '
+            f'singular value of the reciprocal wrenches {direct:.2g} {where}')
+    if there.system.orientation(here.system) <= 0:
+        raise AssemblyModeError(
+            'the loops close, but in another assembly mode: the way there leads over a direct '
+            f'singularity {where}')
+    strayed = np.abs(there.joints - here.joints - part) * limbs.scale
+    if np.max(strayed) > np.max(np.abs(part) * limbs.scale) / 2 + 1e-6:
+        name = limbs.joint_names[int(np.argmax(strayed))]
+        raise AssemblyModeError(
+            f'the loops close, but joint {name!r} jumps by {np.max(strayed):.3g} (rad, or '
+            f'lengths by {limbs.length:.4g} m), as into another assembly mode {where}')

@@ -1,0 +1,225 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The limbs of a parallel manipulator, traced together into straight-line programs."""
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+import numpy as np
+
+from .screw_system import LimbScrews
+from ..backends import Backend, make_backend
+from ..chain import SerialChain
+from ..errors import InvalidValueError
+from ..inward import tip_motion
+from ..program import motion_names
+from ..se3 import Array
+from ..states import reduced_from_classical
+from ..trace import Graph, straight_line
+
+
+class Limbs:
+    """
+    Open chains that share base and platform, and the joints they are made of.
+
+    All joint vectors hold the actuated joints first, then the passive ones, limb by limb.
+
+    Parameters
+    ----------
+    chains : sequence of SerialChain
+        One per limb, from the base frame to the platform frame.
+    actuated : sequence of str
+        Names of the measured joints, in the order of the samples.
+    backend : str
+        How the traced programs are run.
+    length : float, optional
+        Characteristic length [m] that makes angles and lengths comparable. Default: mean
+        distance of the limbs' last joints from the platform frame's origin.
+
+    Raises
+    ------
+    InvalidValueError
+        The chains and the actuated joints do not make a parallel manipulator.
+
+    """
+
+    def __init__(self, chains: Sequence[SerialChain], actuated: Sequence[str],
+                 backend: str = 'auto', length: float | None = None) -> None:
+        self.chains = tuple(chains)
+        self.actuated = tuple(actuated)
+        self.backend = backend
+        self._check()
+        self.passive = tuple(
+            name for chain in self.chains for name in chain.joint_names
+            if name not in self.actuated)
+        self.joint_names = self.actuated + self.passive
+        self.names = tuple(chain.name for chain in self.chains)
+        index = {name: k for k, name in enumerate(self.joint_names)}
+        self._columns = [[index[name] for name in chain.joint_names] for chain in self.chains]
+        own = [[name for name in chain.joint_names if name not in self.actuated]
+               for chain in self.chains]
+        self._slots = max(1, *map(len, own))
+        # Where each passive joint stands in the array (limb, slot).
+        self.slot_of = (np.repeat(np.arange(len(own)), [len(names) for names in own]),
+                        np.concatenate([np.arange(len(names)) for names in own]))
+        self.length = _length(self.chains) if length is None else length
+        # One unit of each joint by the characteristic length, to compare their steps.
+        sliding = {name for chain in self.chains
+                   for name, slides in zip(chain.joint_names, chain.prismatic) if slides}
+        self.turning = np.array([name not in sliding for name in self.joint_names])
+        self.scale = np.where(self.turning, 1.0, 1 / self.length)
+        joints = [joint for chain in self.chains for joint in chain.joints]
+        endless = {joint.name for joint in joints if joint.kind == 'continuous'}
+        endless -= {joint.mimic.joint for joint in joints if joint.mimic is not None}
+        self.wraps = np.array([name in endless for name in self.actuated])
+        self._programs: dict[int, Backend] = {}
+        self._layout = self._kinematics_layout()
+
+    def _check(self) -> None:
+        if len(self.chains) < 2:
+            raise InvalidValueError(
+                f'a parallel manipulator has at least 2 limbs, got {len(self.chains)}')
+        owner: dict[str, str] = {}
+        for chain in self.chains:
+            if chain.name in (other.name for other in self.chains if other is not chain):
+                raise InvalidValueError(f'limb {chain.name!r} occurs more than once; '
+                                        'limbs need different names')
+            for name in chain.joint_names:
+                if name not in self.actuated and owner.setdefault(name, chain.name) != chain.name:
+                    raise InvalidValueError(
+                        f'passive joint {name!r} is in the limbs {owner[name]!r} and '
+                        f'{chain.name!r}; only actuated joints may be shared')
+        if len(set(self.actuated)) != len(self.actuated):
+            raise InvalidValueError(
+                f'actuated joints must have different names, got {list(self.actuated)}')
+        known = [name for chain in self.chains for name in chain.joint_names]
+        for name in self.actuated:
+            if name not in known:
+                raise InvalidValueError(f'actuated joint {name!r} is in none of the limbs; '
+                                        f'their joints: {", ".join(known)}')
+
+    def kinematics(self, values: Sequence[float]) -> tuple[Array, Array, LimbScrews]:
+        """
+        Return where each limb carries the platform, and its present screws.
+
+        Parameters
+        ----------
+        values : sequence of float
+            Positions of all joints [rad, m].
+
+        Returns
+        -------
+        rotations : array, shape (limbs, 3, 3)
+        positions : array, shape (limbs, 3)
+            Of the platform frame in the base frame [m].
+        screws : LimbScrews
+            About each limb's own platform point, in base axes.
+
+        """
+        flat = np.array(self._program(0).evaluate(values), dtype=float)
+        rotations, positions, passive, actuated = (flat[where] for where in self._layout)
+        return rotations, positions, LimbScrews(passive, actuated)
+
+    def bias(self, values: Sequence[float], order: int) -> Array:
+        """
+        Return the states of the limbs' tips without their joints' highest derivative.
+
+        Parameters
+        ----------
+        values : sequence of float
+            Positions of all joints, then their derivatives of order 1 to ``order`` - 1.
+        order : int
+            At least 2.
+
+        Returns
+        -------
+        array, shape (limbs, 6)
+            Reduced states of the order, pole at the platform point, axes of the base.
+
+        """
+        return np.array(self._program(order).evaluate(values), dtype=float)[:-1].reshape(-1, 6)
+
+    def difference(self, joints: Array, others: Array) -> Array:
+        """Return joints - others, without whole turns; shape (joints,)."""
+        away = joints - others
+        return away - np.where(self.turning, 2 * np.pi * np.round(away / (2 * np.pi)), 0.0)
+
+    def at(self, joints: Array) -> str:
+        """Return the positions of the actuated joints, for messages."""
+        values = ', '.join(f'{name} {value:.6g}' for name, value in zip(self.actuated, joints))
+        return f'at {values}'
+
+    def points(self, joints: Array) -> list[Array]:
+        """
+        Return points to draw each limb through: one per joint, then the platform's.
+
+        Parameters
+        ----------
+        joints : array, shape (joints,)
+            Positions of all joints [rad, m].
+
+        Returns
+        -------
+        list of array, shape (joints + 1, 3)
+            In base axes [m].
+
+        """
+        drawn = []
+        for chain, columns in zip(self.chains, self._columns):
+            posture = chain.posture(joints[columns])
+            drawn.append(np.array([*posture.points, posture.pose[:3, 3]]))
+        return drawn
+
+    def warm_up(self, order: int) -> None:
+        """Compile now what states up to an order need."""
+        for n in (0, *range(2, order + 1)):
+            self._program(n).warm_up()
+
+    def _program(self, order: int) -> Backend:
+        """Return the program for screws (order 0) or for the bias of an order."""
+        if order not in self._programs:
+            graph = Graph()
+            n = len(self.joint_names)
+            values = graph.inputs(n * max(1, order)).reshape(-1, n)
+            outputs = [number for chain, columns in zip(self.chains, self._columns)
+                       for number in _traced(chain, values[:, columns], order)]
+            line = straight_line(values.size, [*outputs, 0.0])
+            names = motion_names(n, len(values) - 1)
+            self._programs[order] = make_backend(self.backend, line, names)
+        return self._programs[order]
+
+    def _kinematics_layout(self) -> tuple[Array, ...]:
+        """Return where the parts of :meth:`kinematics` stand in the program's output."""
+        limbs, n = len(self.chains), len(self.joint_names)
+        sizes = [12 + 6 * chain.dof for chain in self.chains]
+        start = np.cumsum([0, *sizes])
+        zero = int(start[-1])    # the constant after all limbs fills the places of absent joints
+        columns = np.full((limbs, 6, n), zero)
+        for k, chain in enumerate(self.chains):
+            block = start[k] + 12 + np.arange(6 * chain.dof).reshape(6, -1)
+            columns[k][:, self._columns[k]] = block
+        passive = np.full((limbs, 6, self._slots), zero)
+        for joint, (limb, slot) in enumerate(zip(*self.slot_of), start=len(self.actuated)):
+            passive[limb, :, slot] = columns[limb, :, joint]
+        return (start[:-1, None, None] + 3 + np.arange(9).reshape(3, 3),
+                start[:-1, None] + np.arange(3), passive, columns[:, :, :len(self.actuated)])
+
+
+def _length(chains: Sequence[SerialChain]) -> float:
+    """Return the mean distance of the limbs' last turning joints from the platform."""
+    distances = [
+        np.linalg.norm(next(joint.point for joint in reversed(chain.joints)
+                            if joint.kind != 'prismatic') - chain.T_base_tool[:3, 3])
+        for chain in chains if any(joint.kind != 'prismatic' for joint in chain.joints)]
+    mean = float(np.mean(distances)) if distances else 0.0
+    return mean if mean > 0 else 1.0
+
+
+def _traced(chain: SerialChain, values: Array, order: int) -> Iterable[Any]:
+    """Return the numbers of one limb as expressions of its joint values."""
+    if order > 0:
+        highest = np.zeros(chain.dof)
+        return reduced_from_classical(tip_motion(chain, *values, highest)[1])[order - 1]
+    pose = chain.pose(values[0])
+    return [*pose[:3, 3], *pose[:3, :3].ravel(), *chain.jacobian(values[0]).ravel()]

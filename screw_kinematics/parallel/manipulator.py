@@ -1,0 +1,358 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Parallel manipulators: a platform carried by several limbs."""
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from .closed_posture import closed_posture, ClosedPosture
+from .continuation import check_same_mode, follow
+from .home import close_at_home, mobility_at_home
+from .limbs import Limbs
+from .newton import reach
+from .program import ParallelProgram
+from .rates import joint_rates, platform_states
+from ..body_state import BodyState
+from ..chain import MAX_ORDER, SerialChain
+from ..errors import InvalidValueError, ShapeError
+from ..joint import Joint
+from ..posture import rigid_displacement
+from ..se3 import Array
+
+
+class ParallelManipulator:
+    """
+    A platform carried by limbs, some of whose joints are measured; immutable.
+
+    Parameters
+    ----------
+    limbs : iterable of SerialChain
+        At least two, with different names, from the base frame to the platform frame.
+        The loops need not be closed at q = 0.
+    actuated : sequence of str
+        Names of the measured joints; all others are passive. They must hold the platform
+        when locked. More than that are used in the sense of least squares.
+    home : mapping from str to float, optional
+        Joint positions [rad, m] near which the loops close in the assembly mode that is
+        meant; joints not named start from 0.
+    base_frame, tip_frame : str
+        Frame names.
+    name : str
+        Name of the robot, for messages.
+    characteristic_length : float, optional
+        What makes angles and lengths comparable [m]. Default: mean distance of the
+        limbs' last joints from the platform frame's origin.
+    closure_tolerance : float, optional
+        Largest misfit of a closed loop (rad, or lengths by the characteristic length).
+        Default: 1e-8, and 1e-2 if the measurements are redundant, since real ones
+        contradict each other.
+
+    Raises
+    ------
+    InvalidValueError
+        The limbs do not make a parallel manipulator, or the actuated joints do not hold
+        the platform.
+    ClosureError
+        The loops do not close near ``home``.
+
+    Examples
+    --------
+    A four-bar linkage, whose coupler is the platform:
+
+    >>> from screw_kinematics import Joint
+    >>> def crank(name, x):
+    ...     return SerialChain([Joint(f'{name}_base', 'revolute', (0, 0, 1), (x, 0, 0)),
+    ...                         Joint(f'{name}_tip', 'revolute', (0, 0, 1), (x, 1, 0))],
+    ...                        [[1, 0, 0, 1], [0, 1, 0, 1], [0, 0, 1, 0], [0, 0, 0, 1]],
+    ...                        name=name)
+    >>> linkage = ParallelManipulator([crank('left', 0), crank('right', 2)], ['left_base'])
+    >>> linkage.state([0.0], [1.0]).velocity.round(12) + 0.0
+    array([ 0.,  0.,  0., -1.,  0.,  0.])
+
+    """
+
+    def __init__(self, limbs: Iterable[SerialChain], actuated: Sequence[str],
+                 home: Mapping[str, float] | None = None, base_frame: str = 'base',
+                 tip_frame: str = 'platform', name: str = '',
+                 characteristic_length: float | None = None,
+                 closure_tolerance: float | None = None) -> None:
+        self.base_frame = base_frame
+        self.tip_frame = tip_frame
+        self.name = name
+        self._limbs = Limbs(tuple(limbs), tuple(actuated), length=characteristic_length)
+        self.joint_names = self._limbs.actuated
+        self.passive_joint_names = self._limbs.passive
+        solution = close_at_home(self._limbs, home or {})
+        self.mobility = mobility_at_home(self._limbs, solution.system)
+        if closure_tolerance is None:
+            closure_tolerance = 1e-2 if self.dof > self.mobility else 1e-8
+        self.closure_tolerance = closure_tolerance
+        self.home = closed_posture(self._limbs, solution, np.ones(self.dof, dtype=int),
+                                   self.closure_tolerance)
+
+    def __repr__(self) -> str:
+        return (f'ParallelManipulator({self.name or "unnamed"}: {len(self.limbs)} limbs, '
+                f'{self.dof} actuated and {len(self.passive_joint_names)} passive joints, '
+                f'{self.base_frame} -> {self.tip_frame})')
+
+    @property
+    def limbs(self) -> tuple[SerialChain, ...]:
+        """Return the limbs, each an open chain from base to platform."""
+        return self._limbs.chains
+
+    @property
+    def dof(self) -> int:
+        """Return the number of actuated (measured) joints."""
+        return len(self.joint_names)
+
+    @property
+    def characteristic_length(self) -> float:
+        """Return the length by which angles and lengths are made comparable [m]."""
+        return self._limbs.length
+
+    @property
+    def joints(self) -> tuple[Joint, ...]:
+        """Return the joints of all limbs."""
+        return tuple(joint for chain in self.limbs for joint in chain.joints)
+
+    def with_tool(self, T_tip_tool: Any,    # noqa: N803
+                  tip_frame: str | None = None) -> ParallelManipulator:
+        """
+        Return the manipulator with a tool mounted on its platform.
+
+        Parameters
+        ----------
+        T_tip_tool : array, shape (4, 4)
+            Pose of the tool in the present platform frame [m].
+        tip_frame : str, optional
+            Name of the new tip frame.
+
+        """
+        return ParallelManipulator(
+            [chain.with_tool(T_tip_tool, tip_frame) for chain in self.limbs], self.joint_names,
+            dict(zip(self._limbs.joint_names, self.home.joints)), self.base_frame,
+            self.tip_frame if tip_frame is None else tip_frame, self.name,
+            self.characteristic_length, self.closure_tolerance)
+
+    def posture(self, q: Any, start: ClosedPosture | None = None) -> ClosedPosture:
+        """
+        Return the posture for given actuated joints.
+
+        Parameters
+        ----------
+        q : array, shape (dof,)
+            Positions of the actuated joints [rad, m].
+        start : ClosedPosture, optional
+            A posture on the same branch, best one nearby. Default: home.
+
+        Returns
+        -------
+        ClosedPosture
+            In the assembly mode of ``start``.
+
+        Raises
+        ------
+        ClosureError, AssemblyModeError, SingularityError
+            The way from ``start`` does not lead there; the message says why and where.
+
+        """
+        return follow(self._limbs, start or self.home, self._vector('q', q),
+                      self.closure_tolerance)
+
+    def posture_at(self, pose: Any, start: ClosedPosture | None = None) -> ClosedPosture:
+        """
+        Return the posture with the platform at a given pose: the inverse problem.
+
+        Parameters
+        ----------
+        pose : array, shape (4, 4)
+            Of the platform frame in the base frame [m].
+        start : ClosedPosture, optional
+            Where to start, which settles the limbs' branches. Default: home.
+
+        Returns
+        -------
+        ClosedPosture
+
+        Raises
+        ------
+        ClosureError
+            A limb does not reach there.
+
+        """
+        start = start or self.home
+        solution = reach(self._limbs, start.joints, rigid_displacement('pose', pose),
+                         self.home.system.ranks)
+        signs = solution.system.working_signs(start.system)
+        return closed_posture(self._limbs, solution, start.working_mode * signs,
+                              self.closure_tolerance)
+
+    def check_assembly_mode(self, posture: ClosedPosture) -> None:
+        """
+        Raise an error unless a posture is in the home's assembly mode.
+
+        Raises
+        ------
+        AssemblyModeError
+            From home, its actuated joints lead to another posture.
+        ClosureError, SingularityError
+            There is no way from home.
+
+        """
+        check_same_mode(self._limbs, posture, self.posture(posture.actuated))
+
+    def state(self, q: Any, *derivatives: Any, start: ClosedPosture | None = None) -> BodyState:
+        """
+        Return pose and reduced states of the platform, pole at its frame's origin.
+
+        Parameters
+        ----------
+        q : array, shape (dof,) or (N, dof)
+            Positions of the actuated joints [rad, m]; of many samples each starts from
+            the one before.
+        *derivatives : array, shape as q
+            Their first to at most fourth time derivatives.
+        start : ClosedPosture, optional
+            As in :meth:`posture`.
+
+        Returns
+        -------
+        BodyState
+            In base axes.
+
+        """
+        if np.ndim(q) == 1:
+            posture = self.posture(q, start)
+            states, _ = self.rates(posture, *derivatives)
+            return self._body_state(posture.pose, states)
+        samples = []
+        for sample in zip(np.asarray(q), *map(np.asarray, derivatives)):
+            start = self.posture(sample[0], start)
+            samples.append((start.pose, self.rates(start, *sample[1:])[0]))
+        return self._body_state(np.array([pose for pose, _ in samples]),
+                                list(np.stack([x for _, x in samples], axis=1)))
+
+    def rates(self, posture: ClosedPosture, *derivatives: Any) -> tuple[list[Array], list[Array]]:
+        """
+        Return the platform's states and the passive joints' rates.
+
+        Parameters
+        ----------
+        posture : ClosedPosture
+            Where the manipulator is.
+        *derivatives : array, shape (dof,)
+            First to at most fourth time derivatives of the actuated joints.
+
+        Returns
+        -------
+        states : list of array, shape (6,)
+            Reduced states of order 1, 2, ..., pole at the platform frame's origin, axes of
+            the base.
+        passive : list of array, shape (passive joints,)
+            First, second, ... time derivatives.
+
+        """
+        self._check_order(derivatives)
+        return platform_states(self._limbs, posture, [
+            self._vector(f'derivative {n} of q', d) for n, d in enumerate(derivatives, 1)])
+
+    def inverse_rates(self, posture: ClosedPosture, *states: Any,
+                      ) -> tuple[list[Array], list[Array]]:
+        """
+        Return the rates of actuated and passive joints for given platform states.
+
+        In closed form by reciprocal screws; where the actuators are redundant, the ones of
+        least squares.
+
+        Parameters
+        ----------
+        posture : ClosedPosture
+            Where the manipulator is.
+        *states : array, shape (6,)
+            Reduced states of order 1 to at most 4, pole at the platform frame's origin,
+            axes of the base.
+
+        Returns
+        -------
+        actuated : list of array, shape (dof,)
+            First, second, ... time derivatives.
+        passive : list of array, shape (passive joints,)
+
+        Raises
+        ------
+        SingularityError
+            An actuator can move with the platform at rest.
+        InvalidValueError
+            The limbs do not allow such a motion; the message names one that does not.
+
+        """
+        self._check_order(states)
+        return joint_rates(self._limbs, posture, [np.asarray(x, dtype=float) for x in states])
+
+    def wrenches(self, posture: ClosedPosture) -> tuple[list[Array], list[Array]]:
+        """
+        Return the wrenches that each limb puts on the platform, as screws.
+
+        Returns
+        -------
+        actuation : list of array, shape (n, 6)
+            Per limb, ``(force; moment)`` about the platform frame's origin, base axes:
+            what its locked actuators hold.
+        constraint : list of array, shape (m, 6)
+            Per limb, reciprocal to all its joints: what it holds without any actuator.
+
+        """
+        return posture.system.limb_wrenches()
+
+    def points(self, posture: ClosedPosture) -> dict[str, Array]:
+        """
+        Return the points to draw each limb through, in base axes [m].
+
+        Returns
+        -------
+        dict from limb name to array, shape (joints + 1, 3)
+            A point on each joint's axis, then the platform frame's origin.
+
+        """
+        return dict(zip(self._limbs.names, self._limbs.points(posture.joints)))
+
+    def compile(self, outputs: Iterable[str] = ('pose', 'twist', 'accel'),    # noqa: A003
+                backend: str = 'auto', axes: str = 'base', pole: str = 'tip',
+                ) -> ParallelProgram:
+        """
+        Return the program for a stream of samples, as :meth:`SerialChain.compile` does.
+
+        It keeps the last posture, from which the next one is found.
+
+        Parameters
+        ----------
+        outputs : iterable of str
+            As for a serial chain.
+        backend : {'auto', 'python', 'numba'}
+            What runs the limbs' traced kinematics; the linear systems are NumPy's.
+        axes, pole : {'base', 'tip'}
+            Whose axes, and about which point, the six-vectors are.
+
+        """
+        return ParallelProgram(self, outputs, backend, axes, pole)
+
+    def _body_state(self, pose: Array, states: Sequence[Array]) -> BodyState:
+        return BodyState(pose, tuple(states), pose[..., :3, 3],
+                         base_frame=self.base_frame, tip_frame=self.tip_frame)
+
+    def _vector(self, name: str, value: Any) -> Array:
+        vector = np.asarray(value, dtype=float)
+        if vector.shape != (self.dof,):
+            raise ShapeError(f'{name} of {self!r}', f'({self.dof},)', vector.shape)
+        if not np.all(np.isfinite(vector)):
+            raise InvalidValueError(f'{name} of {self!r} must be finite, got {value!r}')
+        return vector
+
+    @staticmethod
+    def _check_order(derivatives: Sequence[Any]) -> None:
+        if len(derivatives) > MAX_ORDER:
+            raise InvalidValueError(
+                f'derivatives up to order {MAX_ORDER} are supported, got {len(derivatives)}')

@@ -1,0 +1,153 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A compiled parallel manipulator: one call from actuated joints to the platform."""
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import Any, TYPE_CHECKING
+
+import numpy as np
+
+from .closed_posture import ClosedPosture
+from .continuation import follow, SHORTEST
+from .limbs import Limbs
+from .rates import platform_states
+from ..body_state import BodyState
+from ..compile import checked_outputs, ORDERS, output_sizes
+from ..errors import ScrewKinematicsError
+from ..program import Program
+from ..se3 import Array
+from ..trace import Graph, straight_line, StraightLine
+
+if TYPE_CHECKING:
+    from .manipulator import ParallelManipulator
+
+FULL_SEARCH_EVERY = 50
+"""While samples fail, how often the whole way is walked; the others try one step only."""
+
+
+class ParallelProgram(Program):
+    """
+    The kinematics of a parallel manipulator for a stream of samples.
+
+    Made by ``manipulator.compile(...)``; used as :class:`~screw_kinematics.program.Program`
+    is, but samples depend on each other: each posture is found from the one before, which
+    keeps the assembly mode. A sample that cannot be solved raises an error and is
+    forgotten; the next one starts again from the last good posture.
+
+    Parameters
+    ----------
+    manipulator : ParallelManipulator
+    outputs : iterable of str
+    backend : {'auto', 'python', 'numba'}
+    axes, pole : {'base', 'tip'}
+
+    Attributes
+    ----------
+    passive_joint_names : tuple of str
+    posture : ClosedPosture
+        The last good one.
+    passive_rates : list of array, shape (passive joints,)
+        Time derivatives 1 to ``order`` of the passive joints of the last good sample.
+
+    """
+
+    def __init__(self, manipulator: ParallelManipulator, outputs: Iterable[str],
+                 backend: str = 'auto', axes: str = 'base', pole: str = 'tip') -> None:
+        outputs = checked_outputs(outputs, axes, pole)
+        order = max(ORDERS[output] for output in outputs)
+        line, names = _trace_outputs(outputs, order, manipulator.dof, axes, pole)
+        super().__init__(line, output_sizes(outputs, manipulator.dof),
+                         manipulator.joint_names, order, backend, axes, pole,
+                         manipulator.base_frame, manipulator.tip_frame, names)
+        self.passive_joint_names = manipulator.passive_joint_names
+        self._limbs = Limbs(manipulator.limbs, manipulator.joint_names, self.backend,
+                            manipulator.characteristic_length)
+        self._home = manipulator.home
+        self._closed = manipulator.closure_tolerance
+        self._convert = self._backend.evaluate
+        self.evaluate = self._evaluate
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget the stream: the next sample is found from the home posture."""
+        self.posture = self._home
+        self.passive_rates: list[Array] = []
+        self._failures = 0
+
+    def batch(self, *motion: Any) -> dict[str, Array]:
+        """
+        Return the outputs for many samples, each found from the one before.
+
+        Parameters
+        ----------
+        *motion : array, shape (N, dof)
+            q and its derivatives up to at least ``order``.
+
+        Returns
+        -------
+        dict from str to array, shape (N, size of the output)
+
+        """
+        samples = np.concatenate(self._checked(motion, 2), axis=1)
+        size = sum(part.stop - part.start for part in self.slices.values())
+        results = np.array([self.evaluate(row) for row in samples.tolist()]).reshape(-1, size)
+        return {name: results[:, part] for name, part in self.slices.items()}
+
+    def warm_up(self) -> None:
+        """Compile now what would otherwise be compiled on the first call."""
+        self._limbs.warm_up(self.order)
+        super().warm_up()
+
+    def _evaluate(self, values: Sequence[float]) -> Sequence[float]:
+        motion = np.array(values, dtype=float).reshape(-1, self.dof)
+        posture = self._find(motion[0])
+        states, passive = platform_states(self._limbs, posture, list(motion[1:]))
+        self.posture, self.passive_rates = posture, passive
+        pose = posture.pose
+        numbers = [*pose[:3, 3].tolist(), *pose[:3, :3].ravel().tolist()]
+        for state in states:
+            numbers += state.tolist()
+        if 'jacobian' in self.slices:
+            numbers += posture.system.jacobian.ravel().tolist()
+        return self._convert(numbers)
+
+    def _find(self, q: Array) -> ClosedPosture:
+        """Return the posture of a sample: from the last one, else from home."""
+        full = self._failures % FULL_SEARCH_EVERY == 0
+        self._failures += 1
+        try:
+            posture = follow(self._limbs, self.posture, q, self._closed, SHORTEST if full else 1)
+        except ScrewKinematicsError:
+            if not full or self.posture is self._home:
+                raise
+            posture = follow(self._limbs, self._home, q, self._closed)
+        self._failures = 0
+        return posture
+
+
+def _trace_outputs(outputs: tuple[str, ...], order: int, dof: int, axes: str, pole: str,
+                   ) -> tuple[StraightLine, list[str]]:
+    """Return the program from the platform's pose and states to the outputs asked for."""
+    names = [f'p{k}' for k in range(3)] + [f'r{k}' for k in range(9)]
+    names += [f'x{n}_{k}' for n in range(1, order + 1) for k in range(6)]
+    names += [f'j{k}' for k in range(6 * dof)] if 'jacobian' in outputs else []
+    inputs = Graph().inputs(len(names))
+    pose = np.eye(4, dtype=int).astype(object)
+    pose[:3, 3], pose[:3, :3] = inputs[:3], inputs[3:12].reshape(3, 3)
+    reduced = inputs[12:12 + 6 * order].reshape(order, 6)
+    state = BodyState(pose, tuple(reduced), pose[:3, 3]).about(pole).expressed_in(axes)
+    values: list[Any] = []
+    for name in outputs:
+        if name == 'pose':
+            values += inputs[:12].tolist()
+        elif name == 'jacobian':
+            # Columns are twists per unit rate: they go to other poles and axes as states do.
+            columns = inputs[12 + 6 * order:].reshape(6, dof).T
+            turned = BodyState(pose, (columns,), pose[:3, 3]).about(pole).expressed_in(axes)
+            values += turned.velocity.T.ravel().tolist()
+        elif name.startswith('reduced_'):
+            values += state.reduced[ORDERS[name] - 1].tolist()
+        else:
+            values += state.classical(ORDERS[name]).tolist()
+    return straight_line(len(names), values), names

@@ -1,0 +1,109 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""
+States of every order of a parallel manipulator: one linear system, new right-hand sides.
+
+The bias of order n holds everything of the limb's recursion but the highest derivative of
+its joints; it is known once the lower orders are solved.
+"""
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from .closed_posture import ClosedPosture
+from .limbs import Limbs
+from ..errors import InvalidValueError, SingularityError
+from ..se3 import Array
+
+SINGULAR = 1e-6
+"""Value of the inverse conditioning from which on a posture counts as singular."""
+INFEASIBLE = 1e-6
+"""Part of a platform motion that may be left over by the limbs."""
+
+
+def platform_states(limbs: Limbs, posture: ClosedPosture,
+                    derivatives: Sequence[Array]) -> tuple[list[Array], list[Array]]:
+    """
+    Return the platform's states and the passive joints' derivatives.
+
+    Parameters
+    ----------
+    limbs : Limbs
+        What moves.
+    posture : ClosedPosture
+        Where they are.
+    derivatives : sequence of array, shape (actuated joints,)
+        First, second, ... of the actuated joints.
+
+    Returns
+    -------
+    states : list of array, shape (6,)
+        Reduced, pole at the platform frame's origin, axes of the base.
+    passive : list of array, shape (passive joints,)
+
+    """
+    system, values = posture.system, posture.joints.tolist()
+    states: list[Array] = []
+    passive: list[Array] = []
+    for order, given in enumerate(derivatives, start=1):
+        tips = system.carried(given)
+        if order > 1:
+            tips = tips + limbs.bias(values, order)
+        state, slots = system.direct(tips)
+        states.append(state)
+        passive.append(slots[limbs.slot_of])
+        values += [*given.tolist(), *passive[-1].tolist()]
+    return states, passive
+
+
+def joint_rates(limbs: Limbs, posture: ClosedPosture,
+                states: Sequence[Array]) -> tuple[list[Array], list[Array]]:
+    """
+    Return the derivatives of all joints for given states of the platform.
+
+    Parameters
+    ----------
+    limbs : Limbs
+        What moves.
+    posture : ClosedPosture
+        Where they are.
+    states : sequence of array, shape (6,)
+        Reduced, of order 1, 2, ..., pole at the platform frame's origin, axes of the base.
+
+    Returns
+    -------
+    actuated : list of array, shape (actuated joints,)
+    passive : list of array, shape (passive joints,)
+
+    Raises
+    ------
+    SingularityError
+        An actuator can move with the platform at rest.
+    InvalidValueError
+        The limbs do not allow such a motion of the platform.
+
+    """
+    system, values = posture.system, posture.joints.tolist()
+    if posture.conditioning.inverse < SINGULAR:
+        raise SingularityError(
+            'inverse singularity: an actuator can move with the platform at rest; smallest '
+            f'singular value of the actuators {posture.conditioning.inverse:.2g}')
+    actuated: list[Array] = []
+    passive: list[Array] = []
+    for order, state in enumerate(states, start=1):
+        demand = np.tile(state, (len(limbs.chains), 1))
+        if order > 1:
+            demand = demand - limbs.bias(values, order)
+        given, slots = system.inverse(demand)
+        left = system.size(demand - system.carried(given) - system.moved(slots))
+        worst = int(np.argmax(left))
+        if left[worst] > INFEASIBLE * np.max(system.size(demand)):
+            raise InvalidValueError(
+                f'limb {limbs.names[worst]!r} does not allow the platform state of order '
+                f'{order} {state.tolist()}; it would be off by {left[worst]:.3g}')
+        actuated.append(given)
+        passive.append(slots[limbs.slot_of])
+        values += [*given.tolist(), *passive[-1].tolist()]
+    return actuated, passive

@@ -1,0 +1,258 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""
+The linear system of a parallel manipulator's limbs at one posture.
+
+For every order n of time derivative, and for a displacement to first order, each limb k
+says the same thing: the platform's state X is the state of that limb's tip,
+
+    X = P_k p + A_k a + b_k
+
+with the screws P_k and rates p of its passive joints, A_k and a of its actuated ones, and
+a bias b_k of lower orders only. Wrenches reciprocal to all P_k (Klein form zero) eliminate
+the passive joints, limb by limb; what remains is one small system for the platform, the
+same for all orders.
+"""
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from ..se3 import Array
+
+RANK_TOLERANCE = 1e-6
+"""Relative size below which a singular value counts as zero where ranks are decided."""
+
+_TINY = 1e-300
+
+
+class LimbScrews(NamedTuple):
+    """
+    Unit screws of the joints about the platform point, in base axes; zero where absent.
+
+    ``passive`` has shape (limbs, 6, most passive joints of a limb), ``actuated``
+    (limbs, 6, actuated joints).
+    """
+
+    passive: Array
+    actuated: Array
+
+
+@dataclass(frozen=True)
+class Conditioning:
+    """
+    Distances to singular postures; 0 is singular.
+
+    Parameters
+    ----------
+    direct : float
+        Smallest singular value of the platform's reciprocal wrenches, each of unit size,
+        with the characteristic length: at 0 the platform moves with the actuators locked.
+    inverse : float
+        Smallest singular value of the actuators' work on these wrenches, each actuator's
+        screw scaled to unit size: at 0 an actuator moves with the platform at rest.
+    limbs : float
+        Smallest over the limbs, of the ratio of smallest to largest singular value of the
+        limb's passive screws: at 0 passive joints move with the platform at rest.
+
+    """
+
+    direct: float
+    inverse: float
+    limbs: float
+
+
+class ScrewSystem:
+    """
+    The limbs' screws at one posture, and what follows from them.
+
+    Parameters
+    ----------
+    screws : LimbScrews
+    length : float
+        Characteristic length [m]: linear parts are divided by it, so that angles and
+        lengths are comparable in all least squares and singular values.
+    ranks : array of int, shape (limbs,), optional
+        Ranks of the limbs' passive screws in general posture. Default: as found here.
+
+    """
+
+    def __init__(self, screws: LimbScrews, length: float, ranks: Array | None = None) -> None:
+        self._scale = np.array([1.0, 1.0, 1.0, 1 / length, 1 / length, 1 / length])
+        self.length = length
+        self._passive = screws.passive * self._scale[:, None]
+        self._actuated = screws.actuated * self._scale[:, None]
+        left, sizes, right = np.linalg.svd(self._passive)
+        if ranks is None:
+            ranks = np.sum(sizes > RANK_TOLERANCE * sizes[:, :1], axis=1)
+        self.ranks = ranks
+        kept = np.arange(sizes.shape[1]) < ranks[:, None]
+        self._sizes = np.where(kept, sizes, np.inf)
+        n = sizes.shape[1]
+        # Moore-Penrose inverse of the passive screws, of the given rank.
+        self._from_tip = (np.swapaxes(right[:, :n], 1, 2) / np.maximum(self._sizes, _TINY)[
+            :, None]) @ np.swapaxes(left[:, :, :n], 1, 2)
+        # Rows reciprocal to the passive screws: unit wrenches, limb after limb.
+        self._limb_of_row, self._row = np.nonzero(np.arange(6) >= ranks[:, None])
+        self._wrenches = left[self._limb_of_row, :, self._row]
+        u, self._platform_sizes, vt = np.linalg.svd(self._wrenches, full_matrices=False)
+        self._platform = (vt.T / np.maximum(self._platform_sizes, _TINY)) @ u.T
+
+    def direct(self, bias: Array) -> tuple[Array, Array]:
+        """
+        Return the platform's state and the passive joints' rates, actuators given.
+
+        Parameters
+        ----------
+        bias : array, shape (limbs, 6)
+            ``A_k a + b_k``: what each limb's tip does with its passive joints at rest.
+
+        Returns
+        -------
+        state : array, shape (6,)
+            Least squares over the limbs, where they disagree.
+        rates : array, shape (limbs, slots)
+
+        """
+        bias = bias * self._scale
+        onto = np.einsum('ri,ri->r', self._wrenches, bias[self._limb_of_row])
+        state = self._platform @ onto
+        rates = self._from_tip @ (state - bias)[..., None]
+        return state / self._scale, rates[..., 0]
+
+    def inverse(self, demand: Array) -> tuple[Array, Array]:
+        """
+        Return the rates of all joints, platform given.
+
+        Parameters
+        ----------
+        demand : array, shape (limbs, 6)
+            ``X - b_k``: what each limb's joints have to bring about.
+
+        Returns
+        -------
+        actuated : array, shape (actuated joints,)
+        passive : array, shape (limbs, slots)
+
+        """
+        demand = demand * self._scale
+        onto = np.einsum('ri,ri->r', self._wrenches, demand[self._limb_of_row])
+        actuated = self._actuators @ onto
+        rest = demand - self._actuated @ actuated
+        return actuated, (self._from_tip @ rest[..., None])[..., 0]
+
+    def carried(self, actuated: Array) -> Array:
+        """Return ``A_k a``, shape (limbs, 6): the tips' motion, passive joints at rest."""
+        return (self._actuated @ actuated) / self._scale
+
+    def moved(self, passive: Array) -> Array:
+        """Return ``P_k p``, shape (limbs, 6): the tips' motion, actuated joints at rest."""
+        return (self._passive @ passive[..., None])[..., 0] / self._scale
+
+    def size(self, six_vectors: Array) -> Array:
+        """Return the norm with the characteristic length, shape (...)."""
+        return np.linalg.norm(six_vectors * self._scale, axis=-1)
+
+    @cached_property
+    def work(self) -> Array:
+        """
+        Return the Klein form of each reciprocal wrench with each actuated screw.
+
+        Shape (wrenches, actuated joints); both scaled by the characteristic length.
+        """
+        return np.einsum('ri,rij->rj', self._wrenches, self._actuated[self._limb_of_row])
+
+    def mobility(self) -> int:
+        """Return the number of freedoms of the platform and the actuated joints together."""
+        both = np.linalg.svd(np.hstack([self._wrenches, -self.work]), compute_uv=False)
+        return 6 + self.work.shape[1] - int(np.sum(both > RANK_TOLERANCE * both[0]))
+
+    def limb_wrenches(self) -> tuple[list[Array], list[Array]]:
+        """
+        Return the reciprocal wrenches of each limb, those held by actuators apart.
+
+        Returns
+        -------
+        actuation, constraint : list of array, shape (n, 6)
+            Screws ``(force; moment)``; the latter are reciprocal to all joints of the limb.
+
+        """
+        actuation, constraint = [], []
+        for limb in range(len(self.ranks)):
+            rows = self._limb_of_row == limb
+            u, sizes, _ = np.linalg.svd(self.work[rows])
+            held = int(np.sum(sizes > RANK_TOLERANCE))
+            basis = u.T @ self.wrenches[rows]
+            actuation.append(basis[:held])
+            constraint.append(basis[held:])
+        return actuation, constraint
+
+    @cached_property
+    def _actuators(self) -> Array:
+        """Pseudo-inverse of :attr:`work`."""
+        return np.linalg.pinv(self.work)
+
+    @cached_property
+    def jacobian(self) -> Array:
+        """Platform twist by actuated rates, shape (6, actuated joints)."""
+        return (self._platform @ self.work) / self._scale[:, None]
+
+    @property
+    def wrenches(self) -> Array:
+        """
+        Screws ``(force; moment)`` reciprocal to the passive joints of a limb each.
+
+        Shape (wrenches, 6), about the platform point, in base axes. They carry the
+        platform when the actuators are locked.
+        """
+        return np.roll(self._wrenches * self._scale, 3, axis=-1)
+
+    @property
+    def wrench_limbs(self) -> Array:
+        """Index of the limb of each reciprocal wrench, shape (wrenches,)."""
+        return self._limb_of_row
+
+    @cached_property
+    def conditioning(self) -> Conditioning:
+        """Distances to singular postures."""
+        sizes = np.linalg.norm(self._actuated, axis=(0, 1))
+        inverse = np.linalg.svd(self.work / sizes, compute_uv=False)
+        used = np.isfinite(self._sizes)
+        ratios = np.where(used, self._sizes, np.inf) / self._sizes[:, :1]
+        return Conditioning(self.direct_conditioning, float(inverse[-1]), float(ratios.min()))
+
+    @property
+    def direct_conditioning(self) -> float:
+        """Smallest singular value of the reciprocal wrenches, of unit size each."""
+        return float(self._platform_sizes[-1]) if len(self._wrenches) >= 6 else 0.0
+
+    def orientation(self, before: ScrewSystem) -> float:
+        """
+        Return a number whose sign tells whether the assembly mode is the same.
+
+        It is the determinant of the platform's system times that of a posture nearby,
+        each limb's wrenches matched with those before: negative if there is a direct
+        singularity in between.
+        """
+        same = self._blocking @ before._blocking
+        return float(np.linalg.det(same.sum(axis=0)))
+
+    def working_signs(self, before: ScrewSystem) -> Array:
+        """
+        Return -1 for each actuator that passed an inverse singularity, else 1.
+
+        Shape (actuated joints,), relative to a posture nearby.
+        """
+        now, then = (s._blocking @ s._actuated for s in (self, before))
+        return np.where(np.einsum('kij,kij->j', now, then) < 0, -1, 1)
+
+    @cached_property
+    def _blocking(self) -> Array:
+        """Projectors onto the limbs' reciprocal wrenches, shape (limbs, 6, 6)."""
+        rows = self._wrenches
+        out = np.zeros((len(self.ranks), 6, 6))
+        np.add.at(out, self._limb_of_row, rows[:, :, None] * rows[:, None, :])
+        return out
