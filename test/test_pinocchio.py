@@ -6,6 +6,7 @@ from pinocchio_reference import angular_first, example_robot, pin, Reference
 import pytest
 
 from screw_kinematics import models
+from screw_kinematics.errors import ModelError
 
 TOLERANCE = 1e-12
 SAMPLES = 20
@@ -43,16 +44,51 @@ def relative_errors(actual, expected):
     return np.max(np.abs(actual - expected), axes) / np.max(np.abs(expected), axes)
 
 
-@pytest.mark.parametrize('case', CASES)
-def test_states_agree(case):
-    chain, reference = build(case)
-    rng = np.random.default_rng(sum(case.encode()))
+def check_states(chain, reference, rng):
     q, qd, qdd = rng.uniform(-2, 2, size=(3, SAMPLES, chain.dof))
     expected = [np.array(x) for x in zip(*map(reference.motion, q, qd, qdd))]
     state = chain.state(q, qd, qdd)
     actual = [state.pose, state.velocity, state.acceleration, state.classical(2)]
     for name, a, e in zip(('pose', 'twist', 'reduced', 'classical'), actual, expected):
         assert np.max(relative_errors(a, e)) < TOLERANCE, name
+
+
+@pytest.mark.parametrize('case', CASES)
+def test_states_agree(case):
+    chain, reference = build(case)
+    check_states(chain, reference, np.random.default_rng(sum(case.encode())))
+
+
+def random_tree(rng, count):
+    """Return the URDF of a random tree: all kinds, arbitrary axes, origins and branches."""
+    def numbers(scale):
+        return ' '.join(map(repr, rng.uniform(-scale, scale, 3).tolist()))
+
+    parts = ['<link name="l0"/>']
+    for i in range(1, count + 1):
+        kind = rng.choice(['revolute', 'revolute', 'continuous', 'prismatic', 'fixed'])
+        parts.append(
+            f'<link name="l{i}"/><joint name="j{i}" type="{kind}">'
+            f'<parent link="l{rng.integers(max(0, i - 3), i)}"/><child link="l{i}"/>'
+            f'<origin xyz="{numbers(1)}" rpy="{numbers(3)}"/><axis xyz="{numbers(5)}"/>'
+            f'<limit lower="-9" upper="9" effort="1" velocity="1"/></joint>')
+    return '<robot name="tree">' + ''.join(parts) + '</robot>'
+
+
+@pytest.mark.parametrize('seed', range(8))
+def test_states_agree_between_any_two_links(seed):
+    """Of a random tree; most paths go up first, then down."""
+    rng = np.random.default_rng(seed)
+    text = random_tree(rng, 15)
+    model = pin.buildModelFromXML(text)
+    for base, tip in rng.integers(0, 15, size=(4, 2)):
+        frames = f'l{base}', f'l{tip}'
+        try:
+            chain = models.load_urdf(text, *frames)
+        except ModelError as error:
+            assert 'nothing moves' in str(error)
+            continue
+        check_states(chain, Reference(model, *frames, chain.joint_names), rng)
 
 
 def test_classical_acceleration_is_pinocchios():

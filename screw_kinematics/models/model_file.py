@@ -43,6 +43,7 @@ from ..joint import Joint
 from ..se3 import Array
 
 
+@np.errstate(over='ignore', invalid='ignore')    # what overflows is refused as not finite
 def chain_from_data(data: Any, source: str, name: str, base_frame: str | None = None,
                     tip_frame: str | None = None) -> SerialChain:
     """

@@ -18,7 +18,7 @@ from ..errors import ModelError
 
 # Far beyond any robot, and so little that what is refused is refused within a second.
 MAX_BYTES = 4_000_000
-MAX_ELEMENTS = 20_000    # links and joints
+MAX_ELEMENTS = 100_000
 MAX_DEPTH = 50
 
 _KINEMATIC = ('parent', 'child', 'origin', 'axis', 'mimic')
@@ -42,15 +42,19 @@ class RobotDocument:
 
 
 class _Reader:
-    """Handlers of the parser's events; ``depth`` counts the elements that are open."""
+    """Handlers of the parser's events; ``depth`` counts the open elements."""
 
     def __init__(self, document: RobotDocument) -> None:
         self.document = document
         self.depth = 0
+        self.elements = 0
         self.joint: JointElement | None = None
 
     def start(self, tag: str, attributes: dict[str, str]) -> None:
         self.depth += 1
+        self.elements += 1
+        if self.elements > MAX_ELEMENTS:
+            raise ValueError(f'more than {MAX_ELEMENTS} elements; allowed: at most that')
         if self.depth == 1:
             if tag != 'robot':
                 raise ValueError(f"root element: got {tag[:80]!r}; allowed: 'robot'")
@@ -65,8 +69,6 @@ class _Reader:
             elif tag == 'joint':
                 self.joint = JointElement(attributes)
                 self.document.joints.append(self.joint)
-            if len(self.document.links) + len(self.document.joints) > MAX_ELEMENTS:
-                raise ValueError(f'more links and joints than the {MAX_ELEMENTS} allowed')
         elif self.depth == 3 and self.joint is not None and tag in _KINEMATIC:
             self.joint.parts.setdefault(tag, attributes)
         elif self.depth > MAX_DEPTH:

@@ -10,8 +10,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 import os
 from pathlib import Path
-import sys
-from urllib.parse import unquote, urlsplit
+import site
+import sysconfig
+from urllib.parse import unquote
 
 from .fields import listed
 from ..errors import ModelError
@@ -40,40 +41,45 @@ def local_path(uri: str) -> Path:
     'puma560.yaml'
 
     """
-    if '\0' in uri:
-        raise ModelError(repr(uri), 'path with a zero byte; allowed: a path or URI')
-    parts = urlsplit(uri) if '://' in uri else None
-    if parts is None:
-        path = Path(uri).expanduser()
-    elif parts.scheme == 'file' and parts.netloc in ('', 'localhost'):
-        path = Path(unquote(parts.path))
-    elif parts.scheme == 'package' and parts.netloc:
-        path = _package_file(uri, parts.netloc, unquote(parts.path).lstrip('/'))
+    scheme, separator, rest = uri.partition('://')
+    host, _, relative = rest.partition('/')
+    if not separator:
+        path = os.path.expanduser(uri)
+    elif scheme == 'file' and host in ('', 'localhost'):
+        path = '/' + unquote(relative)
+    elif scheme == 'package' and host:
+        path = _package_file(uri, host, unquote(relative))
     else:
         raise ModelError(uri, 'no robot description can be read from there; allowed: '
                          'package://<package>/<path>, file:///<path>, or a path')
-    if not path.is_file():
+    if not os.path.isfile(path):
         raise ModelError(uri, f'no such file: {path}')
-    return path
+    return Path(path)
 
 
-def _package_file(uri: str, package: str, relative: str) -> Path:
+def _package_file(uri: str, package: str, relative: str) -> str:
     shares = list(_shares(package))
     for share in shares:
-        if (share / relative).is_file():
-            return share / relative
+        path = os.path.join(share, relative)
+        if os.path.isfile(path):
+            return path
     if shares:
         raise ModelError(uri, f'no such file in {listed(map(str, shares))}')
-    raise ModelError(uri, f'package {package!r} is not installed; looked in the workspaces of '
-                     f'AMENT_PREFIX_PATH and in {Path(sys.prefix) / "share"}')
+    raise ModelError(uri, f'package {package!r} is not installed; looked in '
+                     f'AMENT_PREFIX_PATH and in {listed(_pip_prefixes())}')
 
 
 def _shares(package: str) -> Iterator[Path]:
     """Yield the share directories of a package: overlays first, then pip, then source."""
     marker = Path('share/ament_index/resource_index/packages') / package
-    prefixes = [Path(p) for p in os.environ.get('AMENT_PREFIX_PATH', '').split(os.pathsep) if p]
-    for prefix in [*prefixes, Path(sys.prefix)]:
-        if (prefix / marker).is_file():
-            yield prefix / 'share' / package
+    workspaces = os.environ.get('AMENT_PREFIX_PATH', '').split(os.pathsep)
+    for prefix in [*filter(None, workspaces), *_pip_prefixes()]:
+        if os.path.isfile(prefix / marker):
+            yield Path(prefix, 'share', package)
     if package == _THIS_PACKAGE and (_SOURCE_TREE / 'package.xml').is_file():
         yield _SOURCE_TREE
+
+
+def _pip_prefixes() -> list[str]:
+    """Return where pip puts data files: for all users or the environment, for this user."""
+    return [sysconfig.get_path('data'), site.getuserbase()]

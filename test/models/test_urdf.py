@@ -1,0 +1,201 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""URDF: what is read, and what is refused with which words."""
+import numpy as np
+import pytest
+
+from screw_kinematics import models
+from screw_kinematics.errors import ModelError, ScrewKinematicsError
+
+
+def joint(name, parent, child, kind='revolute', parts='<axis xyz="0 0 1"/>'):
+    return (f'<joint name="{name}" type="{kind}"><parent link="{parent}"/>'
+            f'<child link="{child}"/>{parts}</joint>')
+
+
+def robot(links, *joints):
+    return '<robot name="r">' + ''.join(
+        f'<link name="{link}"/>' for link in links.split()) + ''.join(joints) + '</robot>'
+
+
+TWO = robot('a b c', joint('j', 'a', 'b'), joint('k', 'b', 'c', 'prismatic'))
+
+
+def test_defaults_are_the_root_and_the_only_leaf():
+    chain = models.load_urdf(TWO)
+    assert (chain.base_frame, chain.tip_frame, chain.name) == ('a', 'c', 'r')
+    assert [j.kind for j in chain.joints] == ['revolute', 'prismatic']
+
+
+def test_the_only_leaf_is_looked_for_below_the_base():
+    text = robot('a b c d', joint('j', 'a', 'b'), joint('k', 'b', 'c'), joint('l', 'a', 'd'))
+    assert models.load_urdf(text, base_frame='b').tip_frame == 'c'
+
+
+def test_axis_is_normalised_and_defaults_to_x():
+    text = robot('a b c', joint('j', 'a', 'b', parts='<axis xyz="0 -3e-200 4e-200"/>'),
+                 joint('k', 'b', 'c', parts=''))
+    first, second = models.load_urdf(text).joints
+    np.testing.assert_allclose(first.axis, [0, -0.6, 0.8], rtol=1e-15)
+    assert second.axis.tolist() == [1, 0, 0]
+
+
+def test_continuous_joints_stay_continuous():
+    assert models.load_urdf(robot('a b', joint('j', 'a', 'b', 'continuous'))
+                            ).joints[0].kind == 'continuous'
+
+
+def test_quarter_turns_are_exact():
+    """A file's pi / 2 leaves no 6e-17 behind, however many follow each other."""
+    text = robot('a b c d', *(
+        joint(f'{p}{c}', p, c, parts='<origin xyz="0.1 0 0" rpy="1.5707963267948966 '
+              '-1.5707963267948966 3.141592653589793"/>') for p, c in ('ab', 'bc', 'cd')))
+    chain = models.load_urdf(text)
+    for value in (*chain.T_base_tool[:3, :3].ravel(), *np.ravel([j.axis for j in chain.joints])):
+        assert value in (-1, 0, 1)
+
+
+def test_reversing_the_path_inverts_the_motion():
+    """Base seen from tip is the inverse of tip seen from base, joint by joint."""
+    there, back = models.load_urdf(TWO, 'a', 'c'), models.load_urdf(TWO, 'c', 'a')
+    assert [j.name for j in back.joints] == ['k', 'j']
+    np.testing.assert_allclose(
+        there.pose([0.3, 0.7]) @ back.pose([0.7, 0.3]), np.eye(4), atol=1e-15)
+
+
+def test_followers_of_followers_follow_the_measured_joint():
+    text = robot(
+        'a b c d e', joint('source', 'a', 'b'),
+        joint('j', 'a', 'c', parts='<mimic joint="source" multiplier="2" offset="0.5"/>'),
+        joint('k', 'c', 'd', parts='<mimic joint="j" multiplier="-3" offset="0.25"/>'),
+        joint('l', 'd', 'e', parts='<mimic joint="source"/>'))
+    chain = models.load_urdf(text, tip_frame='e')
+    assert chain.joint_names == ('source',)
+    np.testing.assert_allclose(chain.joint_values([0.1]), [0.7, -3 * 0.7 + 0.25, 0.1])
+    np.testing.assert_allclose(chain.joint_values([1.0], order=1), [2, -6, 1])
+
+
+def test_foreign_tags_are_passed_over():
+    text = robot('a b', joint('j', 'a', 'b'), '<gazebo><link name="a"/></gazebo>',
+                 '<transmission name="t"><joint name="j"/></transmission>',
+                 '<ros2_control name="x" type="system"><joint name="j"/></ros2_control>')
+    assert models.load_urdf(text).joint_names == ('j',)
+
+
+def test_declared_encodings_are_heeded():
+    text = '<?xml version="1.0" encoding="ISO-8859-1"?>' + robot('a b', joint('Öl', 'a', 'b'))
+    assert models.load_urdf(text.encode('latin-1')).joint_names == ('Öl',)
+
+
+def test_a_defect_elsewhere_does_not_stop_an_arm():
+    text = robot('a b c', joint('j', 'a', 'b'),
+                 joint('k', 'a', 'c', 'floating', '<axis xyz="?"/>'))
+    assert models.load_urdf(text, tip_frame='b').joint_names == ('j',)
+    with pytest.raises(ModelError, match="joint 'k': type: got 'floating'"):
+        models.load_urdf(text, tip_frame='c')
+
+
+REFUSED = {
+    'no XML': ('oops', 'arm.urdf: not well-formed XML: .*line 1'),
+    'empty': ('', 'not well-formed XML: no element found'),
+    'no robot': ('<sdf/>', "line 1: root element: got 'sdf'; allowed: 'robot'"),
+    'no links': ('<robot/>', 'no links; allowed: at least two links'),
+    'macros': ('<robot>\n<xacro:include filename="x"/></robot>',
+               "line 2: got the macro element 'xacro:include'; allowed: URDF expanded"),
+    'bomb': ('<!DOCTYPE r [<!ENTITY a "aa"><!ENTITY b "&a;&a;">]><robot>&b;</robot>',
+             "document type 'r'; allowed: none"),
+    'external entity': ('<!DOCTYPE r SYSTEM "file:///etc/passwd"><robot/>',
+                        "document type 'r'; allowed: none"),
+    'undefined entity': ('<robot>&x;</robot>', 'not well-formed XML: undefined entity'),
+    'deep': ('<robot>' + '<a>' * 100, 'nested deeper than 50'),
+    'lone surrogate': ('<robot name="\udc80"/>', 'line 1: .*surrogates'),
+    'nameless link': ('<robot><link/></robot>', 'link 1 of the document: name: got None'),
+    'nameless joint': (robot('a b', joint('', 'a', 'b')), 'joint 1 of the document: name: got'),
+    'long name': (robot('a', joint('x' * 300, 'a', 'b')),
+                  'name: got .*; allowed: text of 1 to 200'),
+    'no parent': (robot('a b', '<joint name="j" type="fixed"><child link="b"/></joint>'),
+                  "joint 'j': parent: link: got None"),
+    'unknown parent': (robot('a b', joint('j', 'z', 'b')),
+                       r"joint 'j': parent: got 'z'; allowed: a link \('a', 'b'\)"),
+    'double link': (robot('a a'), "link 'a' is defined twice"),
+    'double joint': (robot('a b c', joint('j', 'a', 'b'), joint('j', 'b', 'c')),
+                     "joint 'j' is defined twice"),
+    'two parents': (robot('a b c', joint('j', 'a', 'c'), joint('k', 'b', 'c')),
+                    "link 'c' is the child of two joints, 'j' and 'k'"),
+    'two roots': (robot('a b c d', joint('j', 'a', 'b'), joint('k', 'c', 'd')),
+                  "several root links: 'a', 'c'; allowed: one"),
+    'circle only': (robot('a b', joint('j', 'a', 'b'), joint('k', 'b', 'a')),
+                    "joints form a cycle through links 'a', 'b'"),
+    'circle apart': (robot('r a b', joint('j', 'a', 'b'), joint('k', 'b', 'a')),
+                     "joints form a cycle through links 'a', 'b'"),
+    'own child': (robot('r a', joint('j', 'a', 'a')), "cycle through links 'a'"),
+    'several leaves': (robot('a b c', joint('j', 'a', 'b'), joint('k', 'a', 'c')),
+                       "tip frame is needed, .* several leaf links below it: 'b', 'c'"),
+    'all fixed': (robot('a b', joint('j', 'a', 'b', 'fixed')), 'nothing moves between'),
+    'planar': (robot('a b', joint('j', 'a', 'b', 'planar')),
+               "joint 'j': type: got 'planar'; allowed: 'fixed', 'revolute'"),
+    'no type': (robot('a b', '<joint name="j"><parent link="a"/><child link="b"/></joint>'),
+                "joint 'j': type: got None"),
+    'axis of two': (robot('a b', joint('j', 'a', 'b', parts='<axis xyz="0 1"/>')),
+                    "joint 'j': axis: xyz: got '0 1'; allowed: 3 finite numbers"),
+    'zero axis': (robot('a b', joint('j', 'a', 'b', parts='<axis xyz="0 0 0"/>')),
+                  "joint 'j': axis must not be zero"),
+    'nan': (robot('a b', joint('j', 'a', 'b', parts='<origin xyz="0 nan 0"/>')),
+            "joint 'j': origin: xyz: got '0 nan 0'"),
+    'infinite': (robot('a b', joint('j', 'a', 'b', parts='<origin rpy="0 0 1e999"/>')),
+                 "joint 'j': origin: rpy: got '0 0 1e999'"),
+    'not XML number': (robot('a b', joint('j', 'a', 'b', parts='<origin rpy="0 0 1_0"/>')),
+                       "rpy: got '0 0 1_0'"),
+    'overflow': (robot('a b c', *(joint(n, *n, parts='<origin xyz="1e308 0 0"/>')
+                                  for n in ('ab', 'bc'))),
+                 "joint 'bc': point must be finite"),
+    'follows none': (robot('a b', joint('j', 'a', 'b', parts='<mimic joint="x"/>')),
+                     r"joint 'j': mimic: joint: got 'x'; allowed: a joint \('j'\)"),
+    'follows itself': (robot('a b', joint('j', 'a', 'b', parts='<mimic joint="j"/>')),
+                       "joint 'j': mimic: got 'j', 'j'; allowed: .* no circle"),
+    'follow in a circle': (
+        robot('a b c', joint('j', 'a', 'b', parts='<mimic joint="k"/>'),
+              joint('k', 'b', 'c', parts='<mimic joint="j"/>')),
+        "joint 'j': mimic: got 'j', 'k', 'j'; allowed: .* no circle"),
+    'follows a fixed one': (
+        robot('a b c', joint('j', 'a', 'b', 'fixed'),
+              joint('k', 'b', 'c', parts='<mimic joint="j"/>')),
+        "joint 'j': type: got 'fixed'; allowed: 'revolute', 'continuous', 'prismatic'"),
+    'multiplier': (
+        robot('a b c', joint('j', 'a', 'b'),
+              joint('k', 'b', 'c', parts='<mimic joint="j" multiplier="x"/>')),
+        "joint 'k': mimic: multiplier: got 'x'; allowed: a finite number"),
+    'multiplier overflow': (
+        robot('a b c d', joint('j', 'a', 'b'),
+              joint('k', 'b', 'c', parts='<mimic joint="j" multiplier="1e200"/>'),
+              joint('l', 'c', 'd', parts='<mimic joint="k" multiplier="1e200"/>')),
+        "joint 'l': mimic: got multiplier inf"),
+    'too many joints': (
+        robot(' '.join(f'l{i}' for i in range(1002)),
+              *(joint(f'j{i}', f'l{i}', f'l{i + 1}') for i in range(1001))),
+        "1001 joints between base frame 'l0' and tip frame 'l1001'; allowed: at most 1000"),
+    'too many elements': ('<robot>' + '<link name="a"/>' * 100_001, 'more than 100000 elements'),
+    'too large': ('<robot>' + ' ' * 4_000_000, 'more than 4000000 bytes'),
+}
+
+
+@pytest.mark.parametrize('what', REFUSED)
+def test_is_refused(what):
+    text, message = REFUSED[what]
+    with pytest.raises(ModelError, match=message) as caught:
+        models.load_urdf(text, source='arm.urdf')
+    assert str(caught.value).startswith('arm.urdf: ')
+    assert len(str(caught.value)) < 2000
+
+
+@pytest.mark.parametrize('frames, message', [
+    (('x', None), r"base frame: got 'x'; allowed: a link \('a', 'b', 'c'\)"),
+    ((None, 'x'), "tip frame: got 'x'; allowed: a link"),
+    (('a', 'a'), "nothing moves between base frame 'a' and tip frame 'a'")])
+def test_frames_are_links(frames, message):
+    with pytest.raises(ModelError, match=message):
+        models.load_urdf(TWO, *frames)
+
+
+def test_errors_are_of_the_package():
+    assert issubclass(ModelError, ScrewKinematicsError) and issubclass(ModelError, ValueError)
