@@ -1,0 +1,50 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""How a process is asked to end."""
+from __future__ import annotations
+
+from collections.abc import Callable
+import signal
+from types import FrameType, TracebackType
+
+
+class StopRequest:
+    """
+    A request to stop, made by SIGINT, SIGTERM or a call of :meth:`make`.
+
+    Used as a context manager, it takes over both signals and gives them back at the end.
+    ROS's own handlers are not to be installed beside it: they shut the middleware down below
+    running callbacks, which then raise now and then.
+
+    Examples
+    --------
+    >>> import os, signal
+    >>> with StopRequest() as stop:
+    ...     os.kill(os.getpid(), signal.SIGTERM)
+    ...     stop.made
+    True
+
+    """
+
+    def __init__(self) -> None:
+        self.made = False
+        self._previous: dict[int, Callable[[int, FrameType | None], object] | int | None] = {}
+
+    def make(self, *_: object) -> None:
+        """Ask for the end."""
+        self.made = True
+
+    def take_signals(self) -> None:
+        """Handle both signals here, whoever handled them until now."""
+        for number in (signal.SIGINT, signal.SIGTERM):
+            previous = signal.signal(number, self.make)
+            self._previous.setdefault(number, previous)
+
+    def __enter__(self) -> StopRequest:
+        self.take_signals()
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
+                 traceback: TracebackType | None) -> None:
+        for number, previous in self._previous.items():
+            signal.signal(number, signal.SIG_DFL if previous is None else previous)
