@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import re
 from typing import Any
 
+from .executor import EXECUTORS
 from ..errors import ParameterError
 from ..motion import ESTIMATORS
 from ..motion.group_motion import MotionSettings, VELOCITY_SOURCES
@@ -147,6 +148,9 @@ NODE = (
     Setting('autostart', True,
             'Configure and activate at once; false: a lifecycle manager does it.',
             'true or false', _boolean, 'started'),
+    Setting('executor', 'events',
+            "ROS's events executor where it exists, or its default, single-threaded one.",
+            f'one of {", ".join(EXECUTORS)}', _one_of(*EXECUTORS), 'started'),
     Setting('allow_remote_parameters', True,
             'Offer the parameter services; false: parameters come from files and arguments only.',
             'true or false', _boolean, 'started'),
@@ -205,6 +209,7 @@ class NodeSettings:
     robots: tuple[str, ...]
     diagnostics_rate: float
     autostart: bool
+    executor: str
     allow_remote_parameters: bool
 
     @classmethod

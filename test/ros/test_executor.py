@@ -9,7 +9,6 @@ import threading
 import pytest
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
-from screw_kinematics.errors import ParameterError
 from screw_kinematics.ros.executor import EXECUTORS, make_executor, spin
 from screw_kinematics.ros.stop_request import StopRequest
 
@@ -73,8 +72,3 @@ def test_without_an_events_executor_the_default_one_serves(context, monkeypatch)
     executor = make_executor('events', context)
     assert isinstance(executor, SingleThreadedExecutor)
     executor.shutdown()
-
-
-def test_the_choice_is_checked(context):
-    with pytest.raises(ParameterError, match="'executor' is 'multi'.*events, single_threaded"):
-        make_executor('multi', context)
