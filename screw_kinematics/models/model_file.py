@@ -33,6 +33,8 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 from .dh import CONVENTIONS, DHRow, place_rows
 from .fields import Fields, reported
 from .joint_fields import (
