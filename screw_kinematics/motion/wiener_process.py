@@ -30,7 +30,6 @@ SCALE = np.array([TIME_UNIT**i / factorial(i) for i in range(4)])
 """Scaled state = state * SCALE, component by component."""
 
 
-
 def transition(dt: float) -> Array:
     """
     Return the transition matrix of scaled states over `dt` seconds, shape (4, 4).
