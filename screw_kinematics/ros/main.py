@@ -105,3 +105,7 @@ def check_arguments(args: Sequence[str]) -> None:
         epilog=f'parameters:\n{described(NODE)}\n\n'
                f'parameters of each robot:\n{described(ROBOT, "<robot>.")}\n{EXAMPLES}')
     parser.parse_args(args)
+
+
+if __name__ == '__main__':
+    sys.exit(main())

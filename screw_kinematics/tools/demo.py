@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
+from contextlib import suppress
 import os
 from pathlib import Path
 import re
@@ -22,10 +23,11 @@ from rich.live import Live
 
 from . import console, live_view, robots
 from .demo_state import stamp_of, Truth
-from .joint_state_source import add_motion_options
-from .processes import Children, StopFlag
+from .joint_state_source import add_motion_options, checked_rate
+from .processes import Children
 from .state_listener import Listener, require_ros
 from ..errors import ParameterError, ToolError
+from ..ros.stop_request import StopRequest
 
 EXAMPLES = """\
   demo                                    the PUMA 560 in the paper's motion, 100 Hz
@@ -68,13 +70,13 @@ def demonstrate(arguments: argparse.Namespace) -> int:
     require_ros()
     if not 0 <= arguments.delay <= 1:
         raise ParameterError('delay', arguments.delay, '0 to 1 s')
+    checked_rate(arguments.rate)
     # The demo talks to itself: nothing of it should reach the robots of the network.
     os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
-    stop = StopFlag()
     robot = robots.load(arguments)
     name = re.sub(r'\W', '_', robot.name).strip('_') or 'robot'
     truth = Truth(robot, robots.motion(robot, arguments.motion), time.time_ns())
-    with Children() as children:
+    with StopRequest() as stop, Children() as children:
         children.start('the node', 'screw_kinematics.ros.main', _node(arguments, name))
         children.start('the joint state publisher',
                        'screw_kinematics.tools.joint_state_source',
@@ -126,7 +128,7 @@ class _Watch:
     """The part of the demo that listens and shows."""
 
     def __init__(self, arguments: argparse.Namespace, name: str, truth: Truth,
-                 children: Children, stop: StopFlag) -> None:
+                 children: Children, stop: StopRequest) -> None:
         from geometry_msgs.msg import AccelStamped, PoseStamped, TwistStamped
         from sensor_msgs.msg import JointState
         self._arguments = arguments
@@ -165,14 +167,16 @@ class _Watch:
         end = time.monotonic() + _SETTLING + self._arguments.delay
         while time.monotonic() < end:
             self._listen(0.1)
-        self._terminal.print(live_view.comparison(self._view()))
+        print(live_view.comparison(self._view()))
 
     def show_all(self) -> None:
         """Show states until the duration is over or a signal comes."""
         duration = self._arguments.duration
         end = time.monotonic() + duration if duration is not None else float('inf')
         interactive = self._terminal.is_terminal
-        with Live(console=self._terminal, auto_refresh=False) as live:
+        # Ctrl-C is how a live view is left; before there is one it is an interruption.
+        with Live(console=self._terminal, auto_refresh=False) as live, \
+                suppress(KeyboardInterrupt):
             while (left := end - time.monotonic()) > 0:
                 self._listen(min(0.1 if interactive else 1.0, left))
                 view = self._view()
@@ -184,7 +188,7 @@ class _Watch:
     def _listen(self, seconds: float) -> None:
         """Receive messages for a while; raise if asked to stop or if a process ended."""
         self._listener.listen(seconds)
-        if self._stop.is_set:
+        if self._stop.made:
             raise KeyboardInterrupt
         self._children.check()
 

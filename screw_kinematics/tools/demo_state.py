@@ -54,17 +54,20 @@ class Truth:
         acceleration, exact_acceleration = _six(accel), exact.classical(2)
         position, exact_position = _xyz(pose.position), exact.pose[:3, 3]
         rotation = rotation_from_quaternion(_xyzw(pose.orientation))
+        exact_angles = _degrees(exact.pose[:3, :3])
         screw, exact_screw = screw_of_twist(velocity), screw_of_twist(exact_velocity)
         return (
             Row('position', 'p', 'm', position, exact_position),
-            Row('roll, pitch, yaw', 'rpy', 'deg', _degrees(rotation),
-                _degrees(exact.pose[:3, :3])),
+            Row('roll, pitch, yaw', 'rpy', 'deg', _nearest(_degrees(rotation), exact_angles),
+                exact_angles),
             Row('angular velocity', 'w', 'rad/s', velocity[:3], exact_velocity[:3]),
             Row('linear velocity', 'v', 'm/s', velocity[3:], exact_velocity[3:]),
-            Row('angular accel.', 'alpha', 'rad/s2', acceleration[:3], exact_acceleration[:3]),
-            Row('linear accel.', 'a', 'm/s2', acceleration[3:], exact_acceleration[3:]),
-            Row('screw axis along', 's', '', screw.axis, exact_screw.axis),
-            Row('screw axis through', 'c', 'm', position + screw.point,
+            Row('angular acceleration', 'alpha', 'rad/s2', acceleration[:3],
+                exact_acceleration[:3]),
+            Row('linear acceleration', 'a', 'm/s2', acceleration[3:],
+                exact_acceleration[3:]),
+            Row('screw axis direction', 's', '', screw.axis, exact_screw.axis),
+            Row('screw axis point', 'c', 'm', position + screw.point,
                 exact_position + exact_screw.point),
             Row('pitch', 'h', 'm/rad', screw.pitch[None], exact_screw.pitch[None]),
         )
@@ -89,3 +92,8 @@ def _xyzw(quaternion: Any) -> Array:
 
 def _degrees(rotation: Array) -> Array:
     return np.degrees(roll_pitch_yaw(rotation))
+
+
+def _nearest(angles: Array, others: Array) -> Array:
+    """Return the angles with whole turns added, to be nearest others [deg]."""
+    return others + np.mod(angles - others + 180.0, 360.0) - 180.0

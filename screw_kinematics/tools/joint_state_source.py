@@ -10,8 +10,8 @@ import time
 
 from . import console, robots
 from .motions import MOTIONS
-from .processes import StopFlag
 from ..errors import MissingExtraError, ParameterError
+from ..ros.stop_request import StopRequest
 
 EXAMPLES = """\
   joint_state_source                            the paper's PUMA motion, 100 Hz
@@ -41,6 +41,13 @@ def add_motion_options(options: argparse.ArgumentParser) -> None:
                          help='joint states per second (default: 100)')
 
 
+def checked_rate(rate: float) -> float:
+    """Return the rate [Hz]; raise ParameterError if it is none."""
+    if not 0 < rate <= 10_000:
+        raise ParameterError('rate', rate, 'more than 0, at most 10000 Hz')
+    return rate
+
+
 def publish(arguments: argparse.Namespace) -> int:
     """
     Publish positions and velocities until a signal comes.
@@ -54,10 +61,9 @@ def publish(arguments: argparse.Namespace) -> int:
         from sensor_msgs.msg import JointState
     except ImportError:
         raise MissingExtraError('rclpy', 'ros', 'publishing joint states') from None
-    rate = arguments.rate
-    if not 0 < rate <= 10_000:
-        raise ParameterError('rate', rate, 'more than 0, at most 10000 Hz')
-    stop = StopFlag()
+    rate = checked_rate(arguments.rate)
+    stop = StopRequest()
+    stop.take_signals()
     robot = robots.load(arguments)
     motion = robots.motion(robot, arguments.motion)
     start = time.time_ns() if arguments.start is None else arguments.start
@@ -67,12 +73,12 @@ def publish(arguments: argparse.Namespace) -> int:
         publisher = node.create_publisher(JointState, arguments.topic, 10)
         message = JointState(name=list(robot.joint_names))
         tick = -1
-        while not stop.is_set:
+        while not stop.made:
             # An instant is kept if it is less than one period late.
             tick = max(tick + 1, int((time.time_ns() - start) * 1e-9 * rate))
             elapsed = round(tick / rate * 1e9)
             # Short naps, so that a signal is answered soon at low rates too.
-            while (wait := (start + elapsed - time.time_ns()) * 1e-9) > 0 and not stop.is_set:
+            while (wait := (start + elapsed - time.time_ns()) * 1e-9) > 0 and not stop.made:
                 time.sleep(min(wait, 0.1))
             position, velocity = motion.derivatives(elapsed * 1e-9, 1)
             message.header.stamp.sec, message.header.stamp.nanosec = divmod(

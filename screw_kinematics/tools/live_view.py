@@ -76,15 +76,14 @@ def live(view: View) -> Group:
                   title_justify='left', caption_justify='left', pad_edge=False)
     table.add_column('')
     for heading in ('x', 'y', 'z'):
-        table.add_column(heading, justify='right', min_width=10)
+        table.add_column(heading, justify='right', min_width=9)
     table.add_column('')
     table.add_column('|error|', justify='right', min_width=8)
     for row in view.rows:
-        table.add_row(f'{row.quantity} {row.symbol}', *_numbers(row.measured, '.5f'),
-                      row.unit, f'{row.error:.1e}')
-    rates = ', '.join(f'{topic} {rate:.0f} Hz' for topic, rate in view.rates.items())
+        table.add_row(row.quantity, *_numbers(row.measured, '.5f'), row.unit,
+                      f'{row.error:.1e}')
     return Group(table, Text(
-        f'{view.frames}\n{rates}\n'
+        f'{view.frames}\n{_rates(view)}\n'
         f'age of the state {view.age * 1e3:.1f} ms, of which estimator delay '
         f'{view.delay * 1e3:.0f} ms\nCtrl-C ends the demo and both its processes'))
 
@@ -93,28 +92,25 @@ def line(view: View) -> str:
     """Return the view as one plain line, for logs and pipes."""
     values = '  '.join(
         f'{row.symbol} = ({", ".join(text for text in _numbers(row.measured, ".4f") if text)}) '
-        f'{row.unit}' for row in view.rows if row.quantity not in ('axis point',))
-    rates = ' '.join(f'{topic} {rate:.0f} Hz' for topic, rate in view.rates.items())
-    return f't = {view.elapsed:.2f} s  {values}  |  {rates}, age {view.age * 1e3:.1f} ms'
+        f'{row.unit}' for row in view.rows)
+    return f't = {view.elapsed:.2f} s  {values}  |  {_rates(view)}, age {view.age * 1e3:.1f} ms'
 
 
-def comparison(view: View) -> Table:
+def comparison(view: View) -> str:
     """Return measured, exact and error, digit under digit."""
-    table = Table(box=box.SIMPLE_HEAD, title=f'{view.title}, t = {view.elapsed:.6f} s\n'
-                                             f'{view.frames}',
-                  title_justify='left', pad_edge=False)
-    table.add_column('')
-    table.add_column('')
-    for heading in ('x', 'y', 'z'):
-        table.add_column(heading, justify='right', min_width=10)
-    table.add_column('')
+    lines = [f'{view.title}, t = {view.elapsed:.6f} s', view.frames]
     for row in view.rows:
-        table.add_row(f'{row.quantity} {row.symbol}', 'measured',
-                      *_numbers(row.measured, '.6f'), row.unit)
-        table.add_row('', 'exact', *_numbers(row.exact, '.6f'), row.unit)
-        table.add_row('', 'error', *_numbers(row.measured - row.exact, '.1e'), row.unit,
-                      end_section=False)
-    return table
+        lines.append(f'{row.quantity} {row.symbol}' + (f' [{row.unit}]' if row.unit else ''))
+        for name, values, digits in (('measured', row.measured, '.6f'),
+                                     ('exact', row.exact, '.6f'),
+                                     ('error', row.measured - row.exact, '.1e')):
+            numbers = ''.join(f'{text:>14}' for text in _numbers(values, digits))
+            lines.append(f'    {name:<8}{numbers}'.rstrip())
+    return '\n'.join(lines)
+
+
+def _rates(view: View) -> str:
+    return 'Hz: ' + ', '.join(f'{topic} {rate:.0f}' for topic, rate in view.rates.items())
 
 
 def _numbers(values: Array, digits: str) -> list[str]:

@@ -140,7 +140,7 @@ def _polynomial_derivative(coefficients: Array, s: Array, n: int) -> Array:
 
 
 def reference_motion(name: str, kinds: Sequence[str],
-                     centre: Array | None = None) -> ReferenceMotion:
+                     centre: Array | None = None, size: float = 1.0) -> ReferenceMotion:
     """
     Return one of the named motions for a robot's measured joints.
 
@@ -154,6 +154,8 @@ def reference_motion(name: str, kinds: Sequence[str],
         others move radians.
     centre : array, shape (dof,), optional
         Mean posture [rad, m]; 10 degrees everywhere, as in the paper, by default.
+    size : float
+        Factor of all amplitudes.
 
     Raises
     ------
@@ -167,7 +169,7 @@ def reference_motion(name: str, kinds: Sequence[str],
     scale = np.array([METRES_PER_RADIAN if kind == 'prismatic' else 1.0
                       for kind in kinds])
     mean = PAPER_CENTRE * scale if centre is None else np.asarray(centre, dtype=float)
-    amplitude = scale * np.resize(PAPER_AMPLITUDES, dof)
+    amplitude = size * scale * np.resize(PAPER_AMPLITUDES, dof)
     if name == 'paper':
         return Sinusoids(mean, amplitude[:, None], np.ones((dof, 1)), np.zeros((dof, 1)))
     if name == 'minjerk':

@@ -10,30 +10,12 @@ import signal
 import subprocess
 import sys
 import tempfile
-from types import FrameType, TracebackType
+from types import TracebackType
 from typing import IO
 
 from ..errors import ToolError
 
-STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 _PR_SET_PDEATHSIG = 1
-
-
-class StopFlag:
-    """
-    Set by SIGINT, SIGTERM or SIGHUP, in place of the default handlers.
-
-    An exception out of a signal handler may hit any line, also one that cleans up; a
-    flag that the main loop asks cannot.
-    """
-
-    def __init__(self) -> None:
-        self.is_set = False
-        for number in STOP_SIGNALS:
-            signal.signal(number, self._handle)
-
-    def _handle(self, number: int, frame: FrameType | None) -> None:
-        self.is_set = True
 
 
 class Children:

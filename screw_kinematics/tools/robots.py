@@ -38,6 +38,13 @@ def load(arguments: argparse.Namespace) -> Any:
 
 
 def motion(robot: Any, name: str) -> ReferenceMotion:
-    """Return the named reference motion for the measured joints of a robot."""
+    """
+    Return the named reference motion for the measured joints of a robot.
+
+    A parallel manipulator moves a little about its home posture, so that it stays within
+    its workspace.
+    """
     kinds = {joint.source: joint.kind for joint in robot.joints}
-    return reference_motion(name, [kinds[joint] for joint in robot.joint_names])
+    about_home = {} if not hasattr(robot, 'home') else {
+        'centre': robot.home.actuated, 'size': 0.3}
+    return reference_motion(name, [kinds[joint] for joint in robot.joint_names], **about_home)

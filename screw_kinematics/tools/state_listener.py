@@ -20,13 +20,15 @@ class Stream:
     def __init__(self, kind: Any) -> None:
         self._kind = kind
         self._newest = b''
-        self._marks: deque[tuple[float, int]] = deque([(time.monotonic(), 0)])
+        self._marks: deque[tuple[float, int]] = deque()
         self.count = 0
 
     def receive(self, message: bytes) -> None:
         """Take a serialised message."""
         self._newest = message
         self.count += 1
+        if self.count == 1:
+            self._marks.append((time.monotonic(), 1))
 
     def message(self) -> Any:
         """Return the newest message, or None before the first."""
@@ -35,6 +37,8 @@ class Stream:
 
     def rate(self) -> float:
         """Return messages per second over the last two seconds of calls [Hz]."""
+        if not self.count:
+            return 0.0
         now = time.monotonic()
         self._marks.append((now, self.count))
         while len(self._marks) > 2 and now - self._marks[1][0] > self._WINDOW:
