@@ -149,7 +149,9 @@ class InverseSolver:
         null_space = columns[:, None] * null_space / columns
         residual = wanted - matvec(jacobian, rates)
         if self.exact:
-            self._refuse_impossible(rows * residual, goal, regular)
+            # Not the residual, which rounding makes large as well where the rates are large.
+            out_of_reach = goal - matvec(left, regular * along)
+            self._refuse_impossible(out_of_reach, goal, regular)
         if secondary is not None:
             rates = rates + matvec(null_space, _checked('secondary rates', secondary, dof))
         return InverseSolution(rates, residual, null_space,
