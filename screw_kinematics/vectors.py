@@ -34,7 +34,9 @@ def _elementwise(name: str) -> Callable[[Any], Any]:
                 import sympy
                 out[index] = getattr(sympy, name)(value)
             else:
-                out[index] = numeric(value)
+                # An integer zero among symbols stays exact.
+                zero = isinstance(value, int) and value == 0
+                out[index] = int(numeric(0)) if zero else numeric(value)
         return out[()]
 
     apply.__name__ = name
