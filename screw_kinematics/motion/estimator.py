@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import numpy as np
@@ -14,6 +13,8 @@ from screw_kinematics.motion.filter_bank import (
     BANDWIDTHS, combine, FilterBank, FixedLag, mixture_covariance)
 from screw_kinematics.motion.guarded_estimator import GuardedEstimator
 from screw_kinematics.motion.joint_motion import Array, JointMotion
+from screw_kinematics.motion.sampling_clock import SamplingClock
+from screw_kinematics.motion.velocity_trust import VelocityTrust
 from screw_kinematics.motion.wiener_process import SCALE, transition
 
 VELOCITY_CHOICES = ('auto', 'position-only')
@@ -36,6 +37,8 @@ class MotionEstimator(GuardedEstimator):
     velocity:
         ``'auto'``: the measured velocity is used per joint while it earns trust;
         ``'position-only'``: it is ignored.
+    regularise:
+        Whether jittering stamps of a periodic sampler may be replaced by regular ones.
     window:
         Memory of the filters' weights, s.
     **limits:
@@ -45,7 +48,7 @@ class MotionEstimator(GuardedEstimator):
 
     def __init__(
         self, n_joints: int, delay: float = 0.0, velocity: str = 'auto', *,
-        window: float = 0.1, **limits: Any,
+        regularise: bool = True, window: float = 0.1, **limits: Any,
     ) -> None:
         super().__init__(n_joints, delay=delay, **limits)
         if velocity not in VELOCITY_CHOICES:
@@ -55,6 +58,8 @@ class MotionEstimator(GuardedEstimator):
         self.velocity = velocity
         self._bank = self._make_bank(window)
         self._lag = FixedLag(self.delay) if self.delay > 0 else None
+        self._clock = SamplingClock() if regularise else None
+        self._trust = VelocityTrust(n_joints) if velocity == 'auto' else None
 
     def _make_bank(self, window: float) -> FilterBank:
         return FilterBank(self.n_joints, BANDWIDTHS, window)
@@ -62,19 +67,43 @@ class MotionEstimator(GuardedEstimator):
     def _start(self, stamp: float, position: Array, velocity: Array | None) -> None:
         self._bank.start(position)
         self._count = 1
-        self._period = math.nan
+        self._period = 0.0
+        self._stamp = stamp
+        if self._clock is not None:
+            self._clock.start()
         if self._lag is not None:
             self._lag.start()
+        if self._trust is not None:
+            self._trust.start()
 
     def _advance(
         self, stamp: float, dt: float, position: Array, velocity: Array | None
     ) -> JointMotion | None:
+        if self._clock is not None:
+            stamp = self._clock.push(stamp, position)
+            dt = stamp - self._stamp
+            if not dt > 0.1 * self._period:
+                dt = 0.1 * (self._period or dt)
+                stamp = self._stamp + dt
+        self._stamp = stamp
         self._count += 1
         period = self._period
-        self._period = period = dt if math.isnan(period) else period + (
-            max(0.01, 1 / self._count) * (min(dt, 3 * period) - period))
+        if period:
+            period += max(0.01, 1 / self._count) * (min(dt, 3 * period) - period)
+        else:
+            period = dt
+        self._period = period
         bank = self._bank
-        step = bank.step(dt, period, position, np.zeros(self.n_joints), None)
+        ratio = None
+        if velocity is not None and self._trust is not None:
+            self._trust.push(stamp, position, velocity.copy())
+            ratio = self._trust.ratio
+            if ratio is not None:
+                measured = np.isfinite(velocity)
+                if not measured.all():
+                    ratio = np.where(measured, ratio, np.inf)
+                    velocity = np.where(measured, velocity, 0.0)
+        step = bank.step(dt, period, position, velocity, ratio)
         if self._lag is None:
             if self._count < self.min_samples:
                 return None

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from screw_kinematics.motion.joint_motion import Array
-from screw_kinematics.motion.wiener_process import process_noise, SCALE, transition
+from screw_kinematics.motion.wiener_process import process_noise, SCALE, TIME_UNIT, transition
 
 BANDWIDTHS = {4: tuple(1.5 * 1.6**k for k in range(12)), 3: (30.0, 60.0, 120.0)}
 """Bandwidths of the filters by order of their motion model, Hz."""
@@ -69,7 +69,8 @@ class FilterBank:
         self.weights = np.full((m, n), 1 / m)
 
     def step(
-        self, dt: float, nominal_dt: float, position: Array, velocity: Array, ratio: Array | None
+        self, dt: float, nominal_dt: float, position: Array, velocity: Array | None,
+        ratio: Array | None,
     ) -> tuple[Any, ...]:
         """
         Predict by `dt`, update with a sample, reweigh.
@@ -79,7 +80,7 @@ class FilterBank:
         dt, nominal_dt:
             Time since the last sample and its mean, s.
         position, velocity: shape (n,)
-            Measured; the velocity in scaled units, finite.
+            Measured, in physical units; the velocity finite, or None with `ratio`.
         ratio: shape (n,)
             Variance of the velocity's noise over that of the position, in scaled units; infinite
             for joints whose velocity is not used; None where no joint's is.
@@ -110,17 +111,18 @@ class FilterBank:
         self._log_s = self._log_s + forget * (np.log(s) - self._log_s)
         score = np.log(self.noise + FLOOR) + self._log_s
         velocity_gain = velocity_weighted = None
-        if ratio is not None:
+        if velocity is not None and ratio is not None:
+            log_s = np.log1p(p[1, 1] / ratio)
             s = p[1, 1] + ratio
             velocity_gain = p[:, 1] / s
-            error = velocity - x[1]
+            error = velocity * TIME_UNIT - x[1]
             x = x + velocity_gain * error
             p = p - velocity_gain[:, None] * p[1]
             velocity_weighted = error / s
             self.velocity_noise = self.velocity_noise + forget * (
                 error * velocity_weighted - self.velocity_noise)
             self._log_s_velocity = self._log_s_velocity + forget * (
-                np.log1p(p[1, 1] / ratio) - self._log_s_velocity)
+                log_s - self._log_s_velocity)
             score = score + np.isfinite(ratio) * (
                 np.log(self.velocity_noise + FLOOR) + self._log_s_velocity)
         if self._steps % 16 == 15:

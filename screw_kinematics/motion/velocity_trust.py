@@ -1,0 +1,154 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""How far the velocity field of each joint deserves to be believed."""
+
+from __future__ import annotations
+
+from collections import deque
+import math
+
+import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+
+from screw_kinematics.motion.divided_difference import divided_difference
+from screw_kinematics.motion.joint_motion import Array
+from screw_kinematics.motion.wiener_process import TIME_UNIT
+
+NOISE_MEMORY = 0.5
+"""Memory of the noise estimates, s."""
+
+BIAS_MEMORY = 0.1
+"""Memory of the integral of velocity against position, s."""
+
+RELEASE = 5.0
+"""Time in which a velocity that disagreed wins back trust, s."""
+
+COHERENT_LIMIT = 10.0
+"""A coherent disagreement beyond this multiple of the white noise: not used."""
+
+CORRELATION_LIMIT = 0.25
+"""Squared correlation with differenced position noise beyond which velocity brings no news."""
+
+BLOCK = 8
+"""Samples judged together."""
+
+
+class VelocityTrust:
+    """
+    Noise of position and velocity, and whether the velocity is what it claims to be.
+
+    White noise of both is read from fourth divided differences; a velocity that lags, is filled
+    with zeros, or otherwise is not the derivative of the position shows in the leaky integral of
+    velocity minus position step; one that the driver merely differenced from the position shows
+    in the correlation of the two noises.
+
+    Attributes
+    ----------
+    ratio: shape (n,)
+        Variance of the velocity's noise over the position's, in scaled units; infinite where the
+        velocity is not used. None where no joint's is used.
+
+    """
+
+    def __init__(self, n_joints: int) -> None:
+        self.n_joints = n_joints
+        zeros = np.zeros(n_joints)
+        self._position_noise, self._velocity_noise = zeros, zeros
+        self._difference_noise, self._covariance = zeros, zeros
+        self._windows = zeros
+        self._bias_square = zeros
+        self._moved = zeros.astype(bool)
+        self.start()
+
+    def start(self) -> None:
+        """Begin a run; what is known of the noise stays."""
+        self._samples: deque[tuple[float, Array, Array]] = deque(maxlen=BLOCK + 6)
+        self._fresh = 0
+        self._integral = np.zeros(self.n_joints)
+        self._bias_now = np.zeros(self.n_joints)
+        self._blocks = 0
+        self.ratio: Array | None = None
+
+    def push(self, stamp: float, position: Array, velocity: Array) -> None:
+        """Take one sample."""
+        self._samples.append((stamp, position, velocity))
+        self._fresh += 1
+        if self._fresh >= BLOCK and len(self._samples) >= 6:
+            self._judge()
+            self._fresh = 0
+
+    def _judge(self) -> None:
+        stamps, positions, velocities = zip(*self._samples)
+        t, q, v = np.array(stamps), np.array(positions), np.array(velocities)
+        q -= q[-1]
+        self._moved = self._moved | (v != 0.0).any(axis=0)
+        self._measure_noise(t, q, v)
+        self._measure_bias(t[-BLOCK - 3:], q[-BLOCK - 3:], v[-BLOCK - 3:])
+        self._blocks += 1
+        ratio = self._weigh((t[-1] - t[0]) / (len(t) - 1))
+        self.ratio = ratio if np.isfinite(ratio).any() else None
+
+    def _measure_noise(self, t: Array, q: Array, v: Array) -> None:
+        """White noise of q, v and of differenced q, from every other window of five."""
+        t, q, v, u = t[1:], q[1:], v[1:], np.diff(q, axis=0) / np.diff(t)[:, None]
+        c = divided_difference(sliding_window_view(t, 5)[::-2])
+
+        def apply(x: Array) -> Array:
+            return np.einsum('wi,wni->wn', c, sliding_window_view(x, 5, axis=0)[::-2])
+
+        dq, du, dv = apply(q), apply(u), apply(v)
+        good = (dq != 0.0) & np.isfinite(dv)
+        count = good.sum(axis=0)
+        self._windows = self._windows + count
+        span = (t[-1] - t[-1 - BLOCK]) if len(t) > BLOCK else t[-1] - t[0]
+        gain = np.maximum(1 - math.exp(-span / NOISE_MEMORY), count / np.maximum(self._windows, 1))
+        gain = np.where(count > 0, gain, 0.0)
+        dq, du, dv = (np.where(good, d, 0.0) for d in (dq, du, dv))
+        scale = 1.0 / np.maximum(count, 1)
+
+        def forget(old: Array, products: Array) -> Array:
+            return old + gain * (products.sum(axis=0) * scale - old)
+
+        self._position_noise = forget(self._position_noise, dq * dq)
+        self._velocity_noise = forget(self._velocity_noise, dv * dv)
+        self._difference_noise = forget(self._difference_noise, du * du)
+        self._covariance = forget(self._covariance, du * dv)
+
+    def _measure_bias(self, t: Array, q: Array, v: Array) -> None:
+        """Leaky integral of v dt - dq; the integral is that of the cubic through four samples."""
+        h = np.diff(t)[:, None]
+        first = np.diff(v, axis=0) / h
+        second = np.diff(first, axis=0) / (h[1:] + h[:-1])
+        third = np.diff(second, axis=0) / (h[2:] + h[1:-1] + h[:-2])
+        middle, before = h[1:-1], h[:-2]
+        integral = (0.5 * middle * (v[1:-2] + v[2:-1]) - middle**3 / 6 * second[:-1]
+                    - (middle**4 / 12 + middle**3 * before / 6) * third)
+        # The newest interval is judged with the next block, when it has a sample on either side.
+        wrong = integral - np.diff(q, axis=0)[1:-1]
+        age = np.exp((t[2:-1] - t[-2]) / BIAS_MEMORY)[:, None]
+        span = t[-2] - t[1]
+        leak = math.exp(-span / BIAS_MEMORY)
+        finite = np.isfinite(wrong).all(axis=0)
+        self._integral = np.where(
+            finite, leak * self._integral + (age * np.where(finite, wrong, 0.0)).sum(axis=0), 0.0)
+        bias = self._integral / BIAS_MEMORY
+        gain = max(0.5 * (1 - leak), 1.0 / (self._blocks + 1)) * finite
+        self._bias_now = self._bias_now + gain * (bias * bias - self._bias_now)
+        # Distrust at once, trust again slowly.
+        self._bias_square = np.maximum(
+            self._bias_now, self._bias_square * math.exp(-span / RELEASE))
+
+    def _weigh(self, period: float) -> Array:
+        white = (period / (2 * BIAS_MEMORY) * self._velocity_noise
+                 + self._position_noise / BIAS_MEMORY**2)
+        coherent = np.maximum(0.0, self._bias_square - 1.5 * white) * (2 * BIAS_MEMORY / period)
+        with np.errstate(divide='ignore', invalid='ignore'):
+            ratio = (self._velocity_noise + coherent + 1e-18) / (self._position_noise + 1e-20)
+        self.lagging = coherent > COHERENT_LIMIT * self._velocity_noise
+        self.differenced = (
+            self._covariance**2
+            > CORRELATION_LIMIT * self._difference_noise * self._velocity_noise)
+        self.idle = ~self._moved
+        useless = self.lagging | self.differenced | self.idle | (ratio > 1e10)
+        useless |= (self._windows == 0) | (self._position_noise <= 0.0)
+        return np.where(useless, np.inf, ratio * TIME_UNIT**2)
