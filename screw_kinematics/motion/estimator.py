@@ -4,18 +4,24 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from screw_kinematics.errors import InvalidValueError
-from screw_kinematics.motion.filter_bank import (
-    BANDWIDTHS, combine, FilterBank, FixedLag, mixture_covariance)
+from screw_kinematics.motion.filter_bank import BANDWIDTHS, FilterBank
+from screw_kinematics.motion.fixed_lag import FixedLag
 from screw_kinematics.motion.guarded_estimator import GuardedEstimator
 from screw_kinematics.motion.joint_motion import Array, JointMotion
+from screw_kinematics.motion.mixture import mixture_covariance
+from screw_kinematics.motion.pace import Pace
 from screw_kinematics.motion.sampling_clock import SamplingClock
 from screw_kinematics.motion.velocity_trust import VelocityTrust
 from screw_kinematics.motion.wiener_process import SCALE, transition
+
+PHYSICAL = 1.0 / SCALE[:, None]
+"""Physical state = scaled state * PHYSICAL."""
 
 VELOCITY_CHOICES = ('auto', 'position-only')
 
@@ -41,6 +47,9 @@ class MotionEstimator(GuardedEstimator):
         Whether jittering stamps of a periodic sampler may be replaced by regular ones.
     window:
         Memory of the filters' weights, s.
+    keep_gains:
+        Whether gains are kept once they have converged at a regular clock; the results are the
+        same but for a small tolerance, at a third of the cost.
     **limits:
         `max_gap`, `max_velocity`, `continuous`, ... of `SampleGuard`.
 
@@ -48,7 +57,7 @@ class MotionEstimator(GuardedEstimator):
 
     def __init__(
         self, n_joints: int, delay: float = 0.0, velocity: str = 'auto', *,
-        regularise: bool = True, window: float = 0.1, **limits: Any,
+        regularise: bool = True, window: float = 0.1, keep_gains: bool = True, **limits: Any,
     ) -> None:
         super().__init__(n_joints, delay=delay, **limits)
         if velocity not in VELOCITY_CHOICES:
@@ -56,18 +65,20 @@ class MotionEstimator(GuardedEstimator):
         if not window > 0.0:
             raise InvalidValueError(f'window is {window} s; allowed: more than 0')
         self.velocity = velocity
+        self.keep_gains = keep_gains
         self._bank = self._make_bank(window)
         self._lag = FixedLag(self.delay) if self.delay > 0 else None
+        self._pace = Pace()
         self._clock = SamplingClock() if regularise else None
         self._trust = VelocityTrust(n_joints) if velocity == 'auto' else None
 
     def _make_bank(self, window: float) -> FilterBank:
-        return FilterBank(self.n_joints, BANDWIDTHS, window)
+        return FilterBank(self.n_joints, BANDWIDTHS, window, self.keep_gains)
 
     def _start(self, stamp: float, position: Array, velocity: Array | None) -> None:
         self._bank.start(position)
         self._count = 1
-        self._period = 0.0
+        self._pace.start()
         self._stamp = stamp
         if self._clock is not None:
             self._clock.start()
@@ -82,45 +93,44 @@ class MotionEstimator(GuardedEstimator):
         if self._clock is not None:
             stamp = self._clock.push(stamp, position)
             dt = stamp - self._stamp
-            if not dt > 0.1 * self._period:
-                dt = 0.1 * (self._period or dt)
+            if not dt > 0.1 * self._pace.period:
+                dt = 0.1 * (self._pace.period or dt)
                 stamp = self._stamp + dt
         self._stamp = stamp
         self._count += 1
-        period = self._period
-        if period:
-            period += max(0.01, 1 / self._count) * (min(dt, 3 * period) - period)
-        else:
-            period = dt
-        self._period = period
-        bank = self._bank
+        self._pace.push(dt)
         ratio = None
-        if velocity is not None and self._trust is not None:
-            self._trust.push(stamp, position, velocity.copy())
-            ratio = self._trust.ratio
-            if ratio is not None:
-                measured = np.isfinite(velocity)
-                if not measured.all():
-                    ratio = np.where(measured, ratio, np.inf)
-                    velocity = np.where(measured, velocity, 0.0)
-        step = bank.step(dt, period, position, velocity, ratio)
+        if self._trust is not None:
+            velocity, ratio = self._trust.push(stamp, position, velocity)
+        bank = self._bank
+        step = bank.step(
+            dt, self._pace.period, self._pace.reference, position, velocity, ratio)
+        weights = bank.weights
         if self._lag is None:
             if self._count < self.min_samples:
                 return None
-            return self._motion(stamp, combine(bank.weights, bank.x), bank.x, bank.p)
-        self._lag.push(stamp, step)
+            x, p = bank.x, bank.p
+            state = np.einsum('mn,kmn->kn', weights, x)
+            state *= PHYSICAL
+            return JointMotion(
+                stamp, state, partial(self._covariance, weights, bank.noise, x, p))
+        self._lag.push(stamp, step, bank.steady)
         wanted = stamp - self.delay
-        smoothed = self._lag.smooth(wanted)
+        smoothed = self._lag.smooth(wanted, weights)
         if smoothed is None or self._count < self.min_samples:
             return None
-        time, x, p = smoothed
-        state = combine(bank.weights, x) * SCALE[:, None]
-        state = transition(wanted - time).dot(state) / SCALE[:, None]
-        return self._motion(wanted, state, x, p)
+        time, mean, parts = smoothed
+        onward = transition(wanted - time)
+        state = onward.dot(mean)
+        state *= PHYSICAL
+        noise = bank.noise
+        return JointMotion(wanted, state, lambda: self._covariance(
+            weights, noise, *parts(), onward))
 
-    def _motion(self, stamp: float, state: Array, x: Array, p: Array) -> JointMotion:
-        bank = self._bank
-        return JointMotion(stamp, state, mixture_covariance(bank.weights, x, p, bank.noise))
+    def _covariance(
+        self, weights: Array, noise: Array, x: Array, p: Array, onward: Array | None = None
+    ) -> Array:
+        return mixture_covariance(weights, noise, x, p, onward)
 
 
 class FixedKalmanFilter(MotionEstimator):
@@ -156,9 +166,10 @@ class FixedKalmanFilter(MotionEstimator):
         super().__init__(n_joints, delay, 'position-only', **limits)
 
     def _make_bank(self, window: float) -> FilterBank:
-        return FilterBank(self.n_joints, {4: (self.bandwidth,)}, window)
+        return FilterBank(self.n_joints, {4: (self.bandwidth,)}, window, self.keep_gains)
 
-    def _motion(self, stamp: float, state: Array, x: Array, p: Array) -> JointMotion:
-        bank = self._bank
-        noise = np.full_like(bank.noise, self.position_noise**2)
-        return JointMotion(stamp, state, mixture_covariance(bank.weights, x, p, noise))
+    def _covariance(
+        self, weights: Array, noise: Array, x: Array, p: Array, onward: Array | None = None
+    ) -> Array:
+        known = np.full_like(noise, self.position_noise**2)
+        return mixture_covariance(weights, known, x, p, onward)

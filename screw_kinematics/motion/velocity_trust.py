@@ -29,8 +29,14 @@ COHERENT_LIMIT = 10.0
 CORRELATION_LIMIT = 0.25
 """Squared correlation with differenced position noise beyond which velocity brings no news."""
 
+PAUSE = 0.1
+"""A pause in the velocities after which old ones are forgotten, s."""
+
 BLOCK = 8
 """Samples judged together."""
+
+CHANGE = 1.5
+"""The ratio of variances is left as it is while the new one is within this factor."""
 
 
 class VelocityTrust:
@@ -62,20 +68,45 @@ class VelocityTrust:
 
     def start(self) -> None:
         """Begin a run; what is known of the noise stays."""
-        self._samples: deque[tuple[float, Array, Array]] = deque(maxlen=BLOCK + 6)
+        self._samples: deque[tuple[float, Array, Array]] = deque(maxlen=BLOCK + 5)
         self._fresh = 0
         self._integral = np.zeros(self.n_joints)
         self._bias_now = np.zeros(self.n_joints)
         self._blocks = 0
         self.ratio: Array | None = None
 
-    def push(self, stamp: float, position: Array, velocity: Array) -> None:
-        """Take one sample."""
-        self._samples.append((stamp, position, velocity))
+    def push(
+        self, stamp: float, position: Array, velocity: Array | None
+    ) -> tuple[Array | None, Array | None]:
+        """
+        Take one sample.
+
+        Returns
+        -------
+        The velocity with zeros where it is not measured, and `ratio` with infinity there; a pair
+        of None if no joint's velocity is of use.
+
+        """
+        if velocity is None:
+            return None, None
+        samples = self._samples
+        if samples and stamp - samples[-1][0] > PAUSE:
+            samples.clear()
+        velocity = velocity.copy()
+        samples.append((stamp, position, velocity))
         self._fresh += 1
-        if self._fresh >= BLOCK and len(self._samples) >= 6:
+        if self._fresh >= BLOCK and len(samples) == samples.maxlen:
             self._judge()
             self._fresh = 0
+        ratio = self.ratio
+        if ratio is None:
+            return None, None
+        if not math.isfinite(velocity.dot(velocity)):
+            measured = np.isfinite(velocity)
+            velocity = np.where(measured, velocity, 0.0)
+            if (np.isfinite(ratio) & ~measured).any():
+                ratio = np.where(measured, ratio, np.inf)
+        return velocity, ratio
 
     def _judge(self) -> None:
         stamps, positions, velocities = zip(*self._samples)
@@ -86,7 +117,12 @@ class VelocityTrust:
         self._measure_bias(t[-BLOCK - 3:], q[-BLOCK - 3:], v[-BLOCK - 3:])
         self._blocks += 1
         ratio = self._weigh((t[-1] - t[0]) / (len(t) - 1))
-        self.ratio = ratio if np.isfinite(ratio).any() else None
+        if not np.isfinite(ratio).any():
+            self.ratio = None
+        elif self.ratio is None or not np.array_equal(
+                np.isfinite(ratio), np.isfinite(self.ratio)) or (
+                np.nanmax(np.abs(np.log(ratio / self.ratio))) > math.log(CHANGE)):
+            self.ratio = ratio
 
     def _measure_noise(self, t: Array, q: Array, v: Array) -> None:
         """White noise of q, v and of differenced q, from every other window of five."""
