@@ -69,6 +69,7 @@ class MotionEstimator(GuardedEstimator):
         self._bank = self._make_bank(window)
         self._lag = FixedLag(self.delay) if self.delay > 0 else None
         self._pace = Pace()
+        self._count = 0
         self._clock = SamplingClock() if regularise else None
         self._trust = VelocityTrust(n_joints) if velocity == 'auto' else None
 
@@ -126,6 +127,31 @@ class MotionEstimator(GuardedEstimator):
         noise = bank.noise
         return JointMotion(wanted, state, lambda: self._covariance(
             weights, noise, *parts(), onward))
+
+    @property
+    def velocity_used(self) -> Array:
+        """Whether the measured velocity of each joint enters the estimate, shape (n_joints,)."""
+        ratio = None if self._trust is None else self._trust.ratio
+        if ratio is None:
+            return np.zeros(self.n_joints, bool)
+        return np.isfinite(ratio)
+
+    def doubts(self) -> list[str]:
+        """Return what is odd about the samples, as short sentences; joints by index."""
+        found = []
+        trust = self._trust
+        if trust is not None:
+            for what, joints in (
+                    ('late or wrong', trust.lagging & ~trust.idle), ('always zero', trust.idle),
+                    ('merely differenced from position', trust.differenced & ~trust.idle)):
+                if joints.any():
+                    listed = ', '.join(str(i) for i in np.flatnonzero(joints))
+                    found.append(f'measured velocity is {what}: joints {listed}')
+        if self._clock is not None and self._clock.regularised:
+            found.append('stamps jitter: replaced by a regular clock')
+        if self._count > 100 and not self._pace.regular:
+            found.append('sampling is irregular')
+        return found
 
     def _covariance(
         self, weights: Array, noise: Array, x: Array, p: Array, onward: Array | None = None

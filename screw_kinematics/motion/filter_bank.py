@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from screw_kinematics.motion.filter_step import SteadyGains, Step
+from screw_kinematics.motion.filter_step import Innovation, SteadyGains, Step
 from screw_kinematics.motion.joint_motion import Array
 from screw_kinematics.motion.wiener_process import process_noise, SCALE, TIME_UNIT, transition
 
@@ -125,6 +125,8 @@ class FilterBank:
 
         """
         self._steps += 1
+        if not self.keep_gains:
+            reference = 0.0
         steady = self.steady
         if steady is not None:
             if (ratio is steady.ratio and reference == steady.reference
@@ -141,7 +143,7 @@ class FilterBank:
             p = self._predict_covariance(f, dt, reference or period)
         step = self._update(f, x, p, position, velocity, ratio)
         self._reweigh(step, dt, ratio)
-        if reference and self.keep_gains and self._steps % CHECK == 0:
+        if reference and self._steps % CHECK == 0:
             self._settle(step, reference, ratio)
         return step
 
@@ -167,30 +169,32 @@ class FilterBank:
         p = p - gain[:, None] * p[0]
         p[0] = gain                    # exact for R = 1, and better conditioned
         p[:, 0] = gain
-        velocity_gain = velocity_error = velocity_precision = None
+        of_position, of_velocity = Innovation(gain, precision, error), None
         if velocity is not None and ratio is not None:
             self._spread = p[1, 1] / ratio
-            velocity_precision = 1.0 / (p[1, 1] + ratio)
-            velocity_gain = p[:, 1] * velocity_precision
-            velocity_error = velocity * TIME_UNIT - x[1]
-            x = x + velocity_gain * velocity_error
-            p = p - velocity_gain[:, None] * p[1]
+            precision = 1.0 / (p[1, 1] + ratio)
+            gain = p[:, 1] * precision
+            error = velocity * TIME_UNIT - x[1]
+            x = x + gain * error
+            p = p - gain[:, None] * p[1]
+            of_velocity = Innovation(gain, precision, error)
         if self._steps % CHECK == 0:
             p = 0.5 * (p + p.transpose(1, 0, 2, 3))
         self.x, self.p = x, p
-        return Step(*predicted, gain, error, precision,
-                    velocity_gain, velocity_error, velocity_precision)
+        return Step(*predicted, of_position, of_velocity)
 
     def _reweigh(self, step: Step, dt: float, ratio: Array | None) -> None:
         """Move the forgetful means of the likelihood's terms; turn them into weights."""
         forget = max(1.0 - math.exp(-dt / self.window), 1.0 / self._steps)
         self._span = (1.0 - forget) * self._span + 1.0
-        self.noise = self.noise + forget * (step.error**2 * step.precision - self.noise)
-        self._log_s = self._log_s - forget * (np.log(step.precision) + self._log_s)
+        _, precision, error = step.position
+        self.noise = self.noise + forget * (error**2 * precision - self.noise)
+        self._log_s = self._log_s - forget * (np.log(precision) + self._log_s)
         score = np.log(self.noise + FLOOR) + self._log_s
-        if step.velocity_error is not None and ratio is not None:
+        if step.velocity is not None and ratio is not None:
+            _, precision, error = step.velocity
             self._velocity_noise = self._velocity_noise + forget * (
-                step.velocity_error**2 * step.velocity_precision - self._velocity_noise)
+                error**2 * precision - self._velocity_noise)
             self._log_s_velocity = self._log_s_velocity + forget * (
                 np.log1p(self._spread) - self._log_s_velocity)
             score = score + np.isfinite(ratio) * (
@@ -201,22 +205,21 @@ class FilterBank:
 
     def _settle(self, step: Step, reference: float, ratio: Array | None) -> None:
         """Keep the gains if they have converged."""
-        gain = step.gain if step.velocity_gain is None else np.stack(
-            [step.gain, step.velocity_gain])
+        gain = step.position.gain if step.velocity is None else np.stack(
+            [step.position.gain, step.velocity.gain])
         kept = self._kept
         if kept is not None and kept.reference == reference and kept.ratio is ratio:
-            if _close(gain, kept.both_gains, RETURNED):
+            if _close(gain, kept.gains, RETURNED):
                 self.steady = kept
             return
         last, self._checked = self._checked, gain
         if last is None or not _close(gain, last, CONVERGED):
             return
-        log_s = -np.log(step.precision)
+        log_s = -np.log(step.position.precision)
         log_s_velocity = np.zeros((1, 1)) if ratio is None else np.log1p(self._spread)
         used = 0.0 if ratio is None else np.isfinite(ratio).astype(float)
         self.steady = self._kept = SteadyGains(
-            reference, ratio, step.covariance, step.gain, step.precision, step.velocity_gain,
-            step.velocity_precision, gain, log_s, log_s_velocity, used,
+            reference, ratio, step, gain, log_s, log_s_velocity, used,
             log_s + used * log_s_velocity)
 
     def _steady_step(
@@ -224,28 +227,31 @@ class FilterBank:
     ) -> Step:
         f = transition(dt)
         predicted = f.dot(self.x.reshape(4, -1)).reshape(self.x.shape)
+        gain, precision, _ = steady.step.position
         error = position - predicted[0]
-        self.x = predicted + steady.gain * error
+        of_position, of_velocity = Innovation(gain, precision, error), None
+        self.x = predicted + gain * error
         forget = 1.0 - math.exp(-dt / self.window)
         self._span = span = (1.0 - forget) * self._span + 1.0
         square = error * error
-        square *= forget * steady.precision
+        square *= forget * precision
         self.noise = noise = (1.0 - forget) * self.noise
         noise += square
         score = np.log(noise + FLOOR)
-        velocity_error = None
-        if velocity is not None and steady.velocity_gain is not None:
-            velocity_error = velocity * TIME_UNIT - self.x[1]
-            self.x += steady.velocity_gain * velocity_error
-            square = velocity_error * velocity_error
-            square *= forget * steady.velocity_precision
-            self._velocity_noise = (1.0 - forget) * self._velocity_noise + square
-            score += steady.used * np.log(self._velocity_noise + FLOOR)
+        if velocity is not None and steady.step.velocity is not None:
+            gain, precision, _ = steady.step.velocity
+            error = velocity * TIME_UNIT - self.x[1]
+            of_velocity = Innovation(gain, precision, error)
+            self.x += gain * error
+            square = error * error
+            square *= forget * precision
+            square += (1.0 - forget) * self._velocity_noise
+            self._velocity_noise = square
+            score += steady.used * np.log(square + FLOOR)
         score += steady.log_constant
         score -= score.min(axis=0)
         score *= -0.5 * span
         weights = np.exp(score, out=score)
         weights /= weights.sum(axis=0)
         self.weights = weights
-        return Step(f, predicted, steady.covariance, steady.gain, error, steady.precision,
-                    steady.velocity_gain, velocity_error, steady.velocity_precision)
+        return Step(f, predicted, steady.step.covariance, of_position, of_velocity)

@@ -1,6 +1,6 @@
 # Copyright screw_kinematics contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What one step of the filter bank leaves behind."""
+"""What one step of the filter bank leaves behind; M filters, n joints, g = 1 or n."""
 
 from __future__ import annotations
 
@@ -9,37 +9,57 @@ from typing import NamedTuple
 from screw_kinematics.motion.joint_motion import Array
 
 
-class Step(NamedTuple):
-    """
-    One step of the bank, as smoothing needs it; M filters, n joints, g = 1 or n.
+class Innovation(NamedTuple):
+    """One measurement against its prediction."""
 
-    Shapes: states (4, M, n), covariances (4, 4, M, g), gains (4, M, g), innovations (M, n), their
-    inverse variances (M, g); those of the velocity are None where it was not used.
-    """
+    gain: Array
+    """Kalman gain, shape (4, M, g)."""
+
+    precision: Array
+    """Inverse variance of the innovation in units of R, shape (M, g)."""
+
+    error: Array
+    """The innovation, scaled, shape (M, n)."""
+
+
+class Step(NamedTuple):
+    """One step of the bank, as smoothing needs it."""
 
     transition: Array
+    """From the step before, shape (4, 4)."""
+
     state: Array
+    """Predicted scaled states, shape (4, M, n)."""
+
     covariance: Array
-    gain: Array
-    error: Array
-    precision: Array
-    velocity_gain: Array | None
-    velocity_error: Array | None
-    velocity_precision: Array | None
+    """Their covariances in units of R, shape (4, 4, M, g)."""
+
+    position: Innovation
+    velocity: Innovation | None
+    """Applied after that of the position; None where no velocity was used."""
 
 
 class SteadyGains(NamedTuple):
-    """Converged gains and innovation statistics, and what they hold for; shapes as in `Step`."""
+    """A step whose gains have converged, and what they hold for."""
 
     reference: float
+    """Sampling period, s."""
+
     ratio: Array | None
-    covariance: Array
-    gain: Array
-    precision: Array
-    velocity_gain: Array | None
-    velocity_precision: Array | None
-    both_gains: Array
+    """Variance of the velocity's noise over that of the position."""
+
+    step: Step
+    gains: Array
+    """All gains, to compare others with."""
+
     log_s: Array
+    """Logarithm of the variance of the position innovations, shape (M, g)."""
+
     log_s_velocity: Array
+    """Logarithm of the variance of the velocity innovations over that of their noise."""
+
     used: Array | float
+    """1 for joints whose velocity is used, else 0."""
+
     log_constant: Array
+    """The constant part of the likelihood's score."""

@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from screw_kinematics.motion.filter_step import SteadyGains, Step
+from screw_kinematics.motion.filter_step import Innovation, SteadyGains, Step
 from screw_kinematics.motion.joint_motion import Array
 from screw_kinematics.motion.wiener_process import transition
 
@@ -34,22 +34,21 @@ class Taps:
 
     def __init__(self, steady: SteadyGains, length: int) -> None:
         back = transition(steady.reference).T
-        shape = steady.covariance.shape
-        carried = steady.covariance
-        gain, precision = steady.gain, steady.precision
+        _, _, carried, (gain, precision, _), velocity = steady.step
+        shape = carried.shape
         self.position = np.empty((4, length, *shape[2:]))
-        self.velocity = None if steady.velocity_gain is None else np.empty_like(self.position)
+        self.velocity = None if velocity is None else np.empty_like(self.position)
         self.reduction = np.zeros((length, *shape))
         for j in range(length):
             tap = carried[:, 0] * precision
             self.position[:, j] = tap
             self.reduction[j] = carried[:, 0, None] * tap
             onward = carried - carried[:, :1] * gain
-            if self.velocity is not None:
-                tap = onward[:, 1] * steady.velocity_precision
+            if velocity is not None and self.velocity is not None:
+                tap = onward[:, 1] * velocity.precision
                 self.velocity[:, j] = tap
                 self.reduction[j] += onward[:, 1, None] * tap
-                onward = onward - onward[:, 1:2] * steady.velocity_gain
+                onward = onward - onward[:, 1:2] * velocity.gain
             carried = np.einsum('ijmn,jk->ikmn', onward, back)
         self.reduction = self.reduction.cumsum(axis=0)
 
@@ -103,6 +102,7 @@ class FixedLag:
         self._taps: Taps | None = None
         self._steady: SteadyGains | None = None
         self._run = 0
+        self._place = -1
 
     def start(self) -> None:
         """Forget the run."""
@@ -116,16 +116,16 @@ class FixedLag:
             self._run = 0
             return
         if steady is not self._steady:
-            self._prepare(steady, step.error.shape)
+            self._prepare(steady, step.position.error.shape)
         self._run += 1
         self._place += 1
         errors = self._errors
         if self._place == errors.shape[1]:
             errors[:, :self._length] = errors[:, -self._length:]
             self._place = self._length
-        errors[0, self._place] = step.error
-        if step.velocity_error is not None:
-            errors[1, self._place] = step.velocity_error
+        errors[0, self._place] = step.position.error
+        if step.velocity is not None:
+            errors[1, self._place] = step.velocity.error
 
     def _prepare(self, steady: SteadyGains, shape: tuple[int, ...]) -> None:
         self._steady = steady
@@ -185,11 +185,9 @@ def carry_back(
         adjoint = _apply(back, adjoint)
         if information is not None:
             information = _apply(back, _apply(back, information).swapaxes(0, 1))
-        if (step.velocity_gain is not None and step.velocity_error is not None
-                and step.velocity_precision is not None):
-            _observe(1, step.velocity_gain, step.velocity_error, step.velocity_precision,
-                     adjoint, information)
-        _observe(0, step.gain, step.error, step.precision, adjoint, information)
+        if step.velocity is not None:
+            _observe(1, step.velocity, adjoint, information)
+        _observe(0, step.position, adjoint, information)
         back = step.transition.T
     first = steps[0][1]
     state = first.state + (first.covariance * adjoint).sum(axis=1)
@@ -205,10 +203,9 @@ def _apply(matrix: Array, x: Array) -> Array:
     return matrix.dot(x.reshape(4, -1)).reshape(x.shape)
 
 
-def _observe(
-    i: int, gain: Array, error: Array, precision: Array, adjoint: Array, information: Array | None
-) -> None:
+def _observe(i: int, update: Innovation, adjoint: Array, information: Array | None) -> None:
     """Carry adjoint and information back through the update with a measurement of component i."""
+    gain, precision, error = update
     adjoint[i] += error * precision - (gain * adjoint).sum(axis=0)
     if information is not None:
         information[i] -= (gain[:, None] * information).sum(axis=0)

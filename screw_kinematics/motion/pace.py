@@ -10,6 +10,9 @@ MEMORY = 64
 IRREGULAR = 0.25
 """Mean relative deviation from the period up to which sampling counts as regular."""
 
+SHORT = 6e-3
+"""Longest period at which gains are kept, s; at lower rates their cost does not matter."""
+
 DRIFT = 0.04
 """Relative change of the period that makes a new reference."""
 
@@ -24,7 +27,7 @@ class Pace:
         Mean time between samples, s.
     reference:
         The period for which gains may be kept once they have converged, s; 0 while sampling is
-        not regular. A few missing samples and jitter of the stamps do not make it irregular.
+        not regular, or slow. A few missing samples and jittering stamps do not make it so.
 
     """
 
@@ -37,6 +40,11 @@ class Pace:
         self.reference = 0.0
         self._deviation = 0.0
         self._count = 0
+
+    @property
+    def regular(self) -> bool:
+        """Whether the time between samples varies little."""
+        return self._deviation <= IRREGULAR
 
     def push(self, dt: float) -> None:
         """Take the time since the last sample, s."""
@@ -52,8 +60,8 @@ class Pace:
         deviation = change / period
         if deviation < 0.0:
             deviation = -deviation
-        self._deviation += (deviation - self._deviation) / (MEMORY if count > MEMORY else count)
-        if count < 16 or self._deviation > IRREGULAR:
+        self._deviation += (deviation - self._deviation) / min(count, MEMORY)
+        if count < 16 or self._deviation > IRREGULAR or period > SHORT:
             self.reference = 0.0
         elif not (1 - DRIFT) * period < self.reference < (1 + DRIFT) * period:
             self.reference = period

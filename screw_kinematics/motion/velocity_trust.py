@@ -50,6 +50,9 @@ class VelocityTrust:
 
     Attributes
     ----------
+    lagging, differenced, idle: shape (n,)
+        Why a velocity is not used: it disagrees with the positions for longer than noise would
+        (late, or wrong); it repeats the noise of differenced positions; it was never non-zero.
     ratio: shape (n,)
         Variance of the velocity's noise over the position's, in scaled units; infinite where the
         velocity is not used. None where no joint's is used.
@@ -74,6 +77,7 @@ class VelocityTrust:
         self._bias_now = np.zeros(self.n_joints)
         self._blocks = 0
         self.ratio: Array | None = None
+        self.lagging = self.differenced = self.idle = np.zeros(self.n_joints, bool)
 
     def push(
         self, stamp: float, position: Array, velocity: Array | None
@@ -119,9 +123,7 @@ class VelocityTrust:
         ratio = self._weigh((t[-1] - t[0]) / (len(t) - 1))
         if not np.isfinite(ratio).any():
             self.ratio = None
-        elif self.ratio is None or not np.array_equal(
-                np.isfinite(ratio), np.isfinite(self.ratio)) or (
-                np.nanmax(np.abs(np.log(ratio / self.ratio))) > math.log(CHANGE)):
+        elif self.ratio is None or not _alike(1.0 / ratio, 1.0 / self.ratio):
             self.ratio = ratio
 
     def _measure_noise(self, t: Array, q: Array, v: Array) -> None:
@@ -184,7 +186,12 @@ class VelocityTrust:
         self.differenced = (
             self._covariance**2
             > CORRELATION_LIMIT * self._difference_noise * self._velocity_noise)
-        self.idle = ~self._moved
-        useless = self.lagging | self.differenced | self.idle | (ratio > 1e10)
+        self.idle = ~self._moved & (self._windows > 0)
+        useless = self.lagging | self.differenced | ~self._moved | (ratio > 1e10)
         useless |= (self._windows == 0) | (self._position_noise <= 0.0)
         return np.where(useless, np.inf, ratio * TIME_UNIT**2)
+
+
+def _alike(a: Array, b: Array) -> bool:
+    """Whether two arrays of weights differ by no more than the factor `CHANGE`; zero is zero."""
+    return bool(((a <= CHANGE * b) & (b <= CHANGE * a)).all())
