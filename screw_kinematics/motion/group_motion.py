@@ -35,7 +35,7 @@ class MotionSettings:
     ----------
     velocity_source : {'auto', 'measured', 'estimated'}
         'auto': the estimator weighs the measured velocity as far as it earns trust;
-        'measured': the velocity is the measured one, accelerations are estimated;
+        'measured': position and velocity are the measured ones, accelerations are estimated;
         'estimated': the measured velocity is ignored.
     estimator : str
         Kind of estimator, see :func:`make_estimator`.
@@ -152,7 +152,7 @@ class GroupMotion:
         self.stamp_ns = stamp_ns - round((stamp - motion.stamp) * 1e9)
         values: list[float] = motion.state[:self.order + 1].ravel().tolist()
         if self._measured and self.order > 0:
-            values[len(position):2 * len(position)] = velocity  # type: ignore[assignment]
+            values[:2 * len(position)] = [*position, *velocity]     # type: ignore[misc]
         if self.order == 4:
             values += self._slope_of_jerk(motion.jerk)
         return values

@@ -90,7 +90,7 @@ class Diagnostics:
             'refused': account.refused.total()}
         values |= {f'refused {reason}': n for reason, n in account.refused.items()}
         values |= {f'used {reason}': n for reason, n in account.waiting.items()}
-        values['outputs listened to'] = ', '.join(robot.wanted)
+        values['outputs listened to'] = ', '.join(robot.topics.wanted)
         doubts: list[str] = []
         missing: list[str] = []
         if pipeline is not None:
@@ -123,7 +123,7 @@ class Diagnostics:
         elif doubts:
             level, message = WARN, doubts[0]
         else:
-            level, message = OK, 'running' if robot.wanted else 'ready; nobody listens'
+            level, message = OK, 'running' if robot.topics.wanted else 'ready; nobody listens'
         return _status(node.get_name(), robot.name, level, message, values)
 
 

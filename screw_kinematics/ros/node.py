@@ -103,6 +103,10 @@ class KinematicStatePublisher(LifecycleNode):
         """Begin to listen to joint states."""
         for joint_input in self.inputs.values():
             joint_input.listen()
+        # Only now all parameters exist, those of the subscriptions' quality of service too.
+        self.unknown_parameters = self._settings.unknown()
+        for sentence in self.unknown_parameters:
+            self.get_logger().warning(sentence)
         self.state = 'active'
         return super().on_activate(state)
 
@@ -144,15 +148,12 @@ class KinematicStatePublisher(LifecycleNode):
                 robot.load_given()
         listeners: dict[str, list[Robot]] = {}
         for robot in self.robots.values():
-            topic = self.resolve_topic_name(robot.settings.joint_states_topic)
-            listeners.setdefault(topic, []).append(robot)
+            for topic in robot.settings.joint_states_topic:
+                listeners.setdefault(self.resolve_topic_name(topic), []).append(robot)
         for topic, robots in listeners.items():
             self.inputs[topic] = JointInput(self, topic, [robot.take for robot in robots])
         self._subscribe_to_descriptions(
             r for r in self.robots.values() if not r.settings.description)
-        self.unknown_parameters = self._settings.unknown()
-        for sentence in self.unknown_parameters:
-            self.get_logger().warning(sentence)
 
     def _subscribe_to_descriptions(self, robots: Iterable[Robot]) -> None:
         by_topic: dict[str, list[Robot]] = {}
@@ -184,8 +185,7 @@ class KinematicStatePublisher(LifecycleNode):
         self._background.collect()
         now = self.get_clock().now().nanoseconds * 1e-9
         for robot in self.robots.values():
-            robot.check_demand()
-            robot.release_silent(now)
+            robot.look_around(now)
         self._diagnostics.log_refusals(self)
 
     def _publish_diagnostics(self) -> None:

@@ -115,6 +115,13 @@ def _strings(value: Any) -> tuple[str, ...]:
     return tuple(value)
 
 
+def _topics(value: Any) -> tuple[str, ...]:
+    topics = (value,) if isinstance(value, str) else _strings(value)
+    if not topics or not all(topic.strip() for topic in topics):
+        raise ValueError
+    return tuple(dict.fromkeys(topics))
+
+
 def _offset(value: Any) -> tuple[float, ...]:
     number = _number(-1e6, 1e6)
     numbers = tuple(number(v) for v in _items(value))
@@ -173,8 +180,9 @@ ROBOT = (
             'Pose of the tool in the tip frame: x y z [m], roll pitch yaw [rad].',
             'six finite numbers', _offset),
     Setting('frame_prefix', '', 'Put before the frame names in messages.', 'a string', _text),
-    Setting('joint_states_topic', 'joint_states', 'Topic of the joint samples.',
-            'a topic name', _nonempty, 'configured'),
+    Setting('joint_states_topic', 'joint_states',
+            'Topic of the joint samples, or a list of topics if the joints come on several.',
+            'a topic name or a list of them', _topics, 'configured'),
     Setting('outputs', ['twist', 'accel'], 'What is published, each on <robot>/<output>.',
             f'a list of {", ".join(OUTPUTS)}', _outputs),
     _choice('expressed_in', 'base', 'Axes of the published vectors, and their frame_id.',
@@ -229,7 +237,7 @@ class RobotSettings:
     tip_frame: str
     tool_offset: tuple[float, ...]
     frame_prefix: str
-    joint_states_topic: str
+    joint_states_topic: tuple[str, ...]
     outputs: tuple[str, ...]
     expressed_in: str
     reference_point: str

@@ -1,6 +1,7 @@
 # Copyright screw_kinematics contributors
 # SPDX-License-Identifier: Apache-2.0
 """Every ROS test has its own domain, local to this machine, here and in its processes."""
+from contextlib import contextmanager
 import time
 
 import pytest
@@ -9,23 +10,44 @@ domain_coordinator = pytest.importorskip('domain_coordinator')
 rclpy = pytest.importorskip('rclpy')
 
 
-@pytest.fixture
-def ros_domain(monkeypatch):
+@contextmanager
+def own_domain():
     """Give a free ROS_DOMAIN_ID, set in os.environ too, so that child processes have it."""
-    with domain_coordinator.domain_id() as domain:
-        monkeypatch.setenv('ROS_DOMAIN_ID', str(domain))
-        monkeypatch.setenv('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
-        monkeypatch.delenv('ROS_LOCALHOST_ONLY', raising=False)
+    with domain_coordinator.domain_id() as domain, pytest.MonkeyPatch.context() as patch:
+        patch.setenv('ROS_DOMAIN_ID', str(domain))
+        patch.setenv('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
+        patch.delenv('ROS_LOCALHOST_ONLY', raising=False)
+        yield domain
+
+
+@contextmanager
+def initialised_context(domain):
+    """Give an initialised rclpy context in a domain."""
+    context = rclpy.Context()
+    rclpy.init(context=context, domain_id=domain)
+    yield context
+    rclpy.try_shutdown(context=context)
+
+
+@pytest.fixture
+def ros_domain():
+    """Give the test its own domain."""
+    with own_domain() as domain:
         yield domain
 
 
 @pytest.fixture
 def context(ros_domain):
     """Give an initialised rclpy context in the test's own domain."""
-    context = rclpy.Context()
-    rclpy.init(context=context, domain_id=ros_domain)
-    yield context
-    rclpy.try_shutdown(context=context)
+    with initialised_context(ros_domain) as context:
+        yield context
+
+
+@pytest.fixture(scope='module')
+def module_context():
+    """Give an initialised rclpy context in a domain of the module's tests."""
+    with own_domain() as domain, initialised_context(domain) as context:
+        yield context
 
 
 @pytest.fixture
