@@ -1,0 +1,56 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The nodes that are compared, and how each is started."""
+from collections.abc import Callable
+from dataclasses import dataclass
+import sys
+
+from .robot import BASE, TIP, URDF
+
+OURS = 'import sys; from screw_kinematics.ros.main import main; sys.exit(main())'
+WITHOUT_NUMBA = "import sys; sys.modules['numba'] = None; " + OURS
+
+
+@dataclass(frozen=True)
+class Contender:
+    """A node by name, its command for some robots, and what it publishes for each."""
+
+    name: str
+    command: Callable[[int], list[str]]
+    outputs: tuple[str, ...] = ('twist', 'accel')
+
+
+def peer(kind: str, name: str) -> Contender:
+    """Return one of the other nodes."""
+    return Contender(name, lambda robots: [
+        sys.executable, '-m', 'benchmark.node.peers', kind, str(robots)])
+
+
+def ours(name: str, code: str, *parameters: str, outputs: tuple[str, ...] = ('twist', 'accel'),
+         ) -> Contender:
+    """Return our node, as users start it."""
+    def command(robots: int) -> list[str]:
+        names = [f'r{i}' for i in range(robots)]
+        given = [f'robots:=[{", ".join(names)}]']
+        for robot in names:
+            given += [f'{robot}.{parameter}' for parameter in (
+                f'description:={URDF}', f'base_frame:={BASE}', f'tip_frame:={TIP}',
+                f'joint_states_topic:={robot}/joint_states', *parameters)]
+        return [sys.executable, '-c', code, '--ros-args',
+                *(word for parameter in given for word in ('-p', parameter))]
+    return Contender(name, command, outputs)
+
+
+RELAY = 'rclpy relay'
+PINOCCHIO = 'rclpy, Pinocchio, no estimator'
+
+CONTENDERS = [
+    peer('relay', RELAY),
+    peer('pinocchio', PINOCCHIO),
+    peer('numpy', 'rclpy, handwritten NumPy'),
+    peer('raw_relay', 'raw relay, events executor'),
+    ours('ours, no Numba', WITHOUT_NUMBA),
+    ours('ours, Numba', OURS),
+    ours('ours, no Numba, measured twist only', WITHOUT_NUMBA,
+         'outputs:=[twist]', 'velocity_source:=measured', outputs=('twist',)),
+]
