@@ -113,7 +113,8 @@ def read_document(source: str, text: str | bytes) -> RobotDocument:
     parser.EndElementHandler = reader.end
     parser.StartDoctypeDeclHandler = reader.doctype
     try:
-        parser.Parse(text, True)
+        # A declaration must come first in XML; other readers of URDF allow blanks before it.
+        parser.Parse(text.lstrip(), True)
     except expat.ExpatError as error:
         raise ModelError(source, f'not well-formed XML: {error}') from None
     except ValueError as error:     # from the handlers, or text that is not Unicode

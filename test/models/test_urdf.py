@@ -87,6 +87,12 @@ def test_declared_encodings_are_heeded():
     assert models.load_urdf(text.encode('latin-1')).joint_names == ('Öl',)
 
 
+@pytest.mark.parametrize('before', ['', '\n  ', '\ufeff'])
+def test_declarations_may_come_after_blanks(before):
+    text = before + '<?xml version="1.0"?>' + TWO
+    assert models.load_urdf(text).dof == models.load_urdf(text.encode()).dof == 2
+
+
 def test_a_defect_elsewhere_does_not_stop_an_arm():
     text = robot('a b c', joint('j', 'a', 'b'),
                  joint('k', 'a', 'c', 'floating', '<axis xyz="?"/>'))

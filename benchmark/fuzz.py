@@ -1,0 +1,111 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""
+Coverage-guided fuzzing of everything that reads bytes from others.
+
+Run from the root of the source tree, ``python -m benchmark.fuzz urdf --seconds 60``; needs
+``pip install atheris``. Whatever the bytes, a reader returns a result or raises an error
+of the package, within a second and 512 MB; the first input that breaks this rule stops the
+run with its traceback and is written to a file ``crash-...``.
+"""
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable
+from pathlib import Path
+import re
+import sys
+import tempfile
+import time
+
+try:
+    import atheris
+except ImportError:
+    sys.exit('fuzzing needs the package atheris; install it with: pip install atheris')
+
+with atheris.instrument_imports(include=['screw_kinematics']):
+    from screw_kinematics.errors import ScrewKinematicsError
+    from screw_kinematics.models.model_file import chain_from_data
+    from screw_kinematics.models.parallel_file import manipulator_from_data
+    from screw_kinematics.models.safe_yaml import read_yaml
+    from screw_kinematics.models.urdf import chain_from_urdf
+    from screw_kinematics.ros.cdr import JointStateDecoder
+
+ROBOTS = Path(__file__).parents[1] / 'config' / 'robots'
+
+URDF = b"""<?xml version="1.0"?>
+<robot name="r"><link name="a"/><link name="b"/><link name="c"><visual/></link>
+<joint name="j" type="revolute"><parent link="a"/><child link="b"/>
+<origin xyz="1 2 3" rpy="0 1 2"/><axis xyz="0 0 1"/></joint>
+<joint name="k" type="prismatic"><parent link="b"/><child link="c"/>
+<mimic joint="j" multiplier="2" offset=".1"/></joint></robot>"""
+
+# One joint 'q' in the frame '', position 1.0 and no velocity or effort.
+JOINT_STATE = bytes.fromhex(
+    '00010000' '0100000002000000' '0100000000000000'
+    '01000000' '0200000071000000' '01000000' '000000000000f03f' '00000000' '00000000')
+
+
+def read_urdf(data: bytes) -> object:
+    """Read a robot description."""
+    return chain_from_urdf(data)
+
+
+def read_model(data: bytes) -> object:
+    """Read a model file of a serial robot."""
+    return chain_from_data(read_yaml('fuzz', data), 'fuzz', 'fuzz')
+
+
+def read_parallel(data: bytes) -> object:
+    """Read a model file of a parallel robot."""
+    return manipulator_from_data(read_yaml('fuzz', data), 'fuzz', 'fuzz')
+
+
+def read_joint_state(data: bytes) -> object:
+    """Decode a message twice: by its own layout, then by the layout remembered."""
+    decoder = JointStateDecoder()
+    decoder.decode(data)
+    return decoder.decode(data)
+
+
+TARGETS: dict[str, tuple[Callable[[bytes], object], list[bytes]]] = {
+    'urdf': (read_urdf, [URDF]),
+    'model': (read_model, [path.read_bytes() for path in ROBOTS.glob('*.yaml')]),
+    'parallel': (read_parallel, [path.read_bytes() for path in ROBOTS.glob('*.yaml')]),
+    'joint_state': (read_joint_state, [JOINT_STATE]),
+}
+
+
+def main() -> None:
+    """Fuzz one reader for some time; the last lines say how many inputs were tried."""
+    parser = argparse.ArgumentParser(description=(__doc__ or '').strip().splitlines()[0])
+    parser.add_argument('target', choices=TARGETS)
+    parser.add_argument('--seconds', type=int, default=60)
+    arguments = parser.parse_args()
+    read, seeds = TARGETS[arguments.target]
+
+    def guarded(data: bytes) -> None:
+        start = time.process_time()
+        try:
+            read(data)
+        except ScrewKinematicsError:
+            pass
+        # Of this process alone: on a busy machine the fuzzer's own clock gives false alarms.
+        if time.process_time() - start > 1:
+            raise RuntimeError('took more than a second')
+
+    words = {word for seed in seeds for word in re.findall('[a-z_]+', seed.decode('latin-1'))}
+    with tempfile.TemporaryDirectory() as folder:
+        corpus, dictionary = Path(folder, 'corpus'), Path(folder, 'words')
+        corpus.mkdir()
+        for number, seed in enumerate(seeds):
+            (corpus / str(number)).write_bytes(seed)
+        dictionary.write_text(''.join(f'"{word}"\n' for word in sorted(words)))
+        atheris.Setup([sys.argv[0], str(corpus), f'-dict={dictionary}', '-timeout=60',
+                       f'-max_total_time={arguments.seconds}', '-rss_limit_mb=512',
+                       '-print_final_stats=1'], guarded)
+        atheris.Fuzz()
+
+
+if __name__ == '__main__':
+    main()
