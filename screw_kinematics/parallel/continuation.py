@@ -19,9 +19,11 @@ from .newton import close_loops, Solution
 from ..errors import AssemblyModeError, ScrewKinematicsError, SingularityError
 from ..se3 import Array
 
+ATTEMPTS = 1000
+"""Steps, taken or refused, after which a search is given up."""
 LONGEST = 0.3
 """Longest predicted motion of a passive joint in one step [rad, m by the length]."""
-SHORTEST = 1e-3
+SHORTEST = 1e-5
 """Part of the way below which a step is given up."""
 NEARLY_CLOSED = 1e-6
 """Misfit below which slow convergence means a singularity, not an open loop."""
@@ -32,7 +34,7 @@ SINGULAR = 1e-6
 
 
 def follow(limbs: Limbs, start: ClosedPosture, target: Array, closed: float,
-           shortest: float = SHORTEST) -> ClosedPosture:
+           attempts: int = ATTEMPTS) -> ClosedPosture:
     """
     Return the posture for given actuators, in the assembly mode of another posture.
 
@@ -46,8 +48,8 @@ def follow(limbs: Limbs, start: ClosedPosture, target: Array, closed: float,
         Positions of the actuated joints [rad, m].
     closed : float
         Largest misfit of a closed loop.
-    shortest : float
-        Smallest part of the way to try before giving up; 1 allows no parts.
+    attempts : int
+        Steps, taken or refused, after which the search is given up.
 
     Returns
     -------
@@ -65,25 +67,27 @@ def follow(limbs: Limbs, start: ClosedPosture, target: Array, closed: float,
     """
     here, left, share, iterations = start, 1.0, 1.0, 0
     way = _way(limbs, start.actuated, target)
-    while True:
+    reason: ScrewKinematicsError = AssemblyModeError(
+        f'the way is too long for {attempts} steps {limbs.at(target)}')
+    for _ in range(attempts):
         remaining = left * way
         _, passive = here.system.direct(here.system.carried(remaining))
         predicted = np.concatenate([remaining, passive[limbs.slot_of]])
         longest = float(np.max(np.abs(predicted) * limbs.scale, initial=0.0))
-        if shortest < 1:
-            share = min(share, LONGEST / max(longest, LONGEST))
+        share = min(share, LONGEST / max(longest, LONGEST))
         try:
             there = _step(limbs, here, share * predicted, closed)
-        except ScrewKinematicsError:
-            share /= 2
-            if share * left < shortest:
-                raise
+        except ScrewKinematicsError as error:
+            reason, share = error, share / 2
+            if share * left < SHORTEST:
+                break
             continue
         iterations += there.iterations
         here, left = there, left * (1 - share)
         if share == 1.0:
             return replace(here, iterations=iterations)
         share = min(1.0, 2 * share / (1 - share))
+    raise _verdict(limbs, here, left * way, closed) or reason
 
 
 def check_same_mode(limbs: Limbs, posture: ClosedPosture, expected: ClosedPosture) -> None:
@@ -103,6 +107,21 @@ def check_same_mode(limbs: Limbs, posture: ClosedPosture, expected: ClosedPostur
             f'another assembly mode than at home: joint {limbs.joint_names[worst]!r} is at '
             f'{posture.joints[worst]:.6g}, but comes to {expected.joints[worst]:.6g} from '
             f'home {limbs.at(posture.joints)}')
+
+
+def _verdict(limbs: Limbs, here: ClosedPosture, remaining: Array, closed: float,
+             ) -> ScrewKinematicsError | None:
+    """
+    Return what is wrong with the end of the way.
+
+    Where the way ends, small steps fail for any reason. Whether the loops close at all with
+    the actuators where they should be, says more.
+    """
+    try:
+        _step(limbs, here, np.concatenate([remaining, 0 * here.passive]), closed)
+    except ScrewKinematicsError as error:
+        return error
+    return None
 
 
 def _step(limbs: Limbs, here: ClosedPosture, part: Array, closed: float) -> ClosedPosture:

@@ -82,7 +82,7 @@ class Limbs:
                 f'a parallel manipulator has at least 2 limbs, got {len(self.chains)}')
         owner: dict[str, str] = {}
         for chain in self.chains:
-            if chain.name in (other.name for other in self.chains if other is not chain):
+            if [other.name for other in self.chains].count(chain.name) > 1:
                 raise InvalidValueError(f'limb {chain.name!r} occurs more than once; '
                                         'limbs need different names')
             for name in chain.joint_names:

@@ -25,6 +25,8 @@ ROUNDING = 1e-9
 """Size of steps that are rounding errors once they shrink no more, near singularities."""
 MAX_STEP = 0.5
 """Longest step; a longer one is shortened, since the loops are far from linear there."""
+SMALLEST_SHARE = 1 / 32
+"""Part of a step that must make the misfit smaller."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,8 +129,10 @@ def _iterate(limbs: Limbs, joints: Array, target: Array | None, ranks: Array | N
         if total < smallest:
             before, change, smallest = joints, step_here * min(1.0, MAX_STEP / size), total
             share = 1.0
-        else:
+        elif share > SMALLEST_SHARE:
             share /= 4
+        else:
+            break
         joints = before + share * change
     return Solution(joints, _moved(near, platform), system, misfit, iteration, False)
 

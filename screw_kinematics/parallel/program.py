@@ -9,7 +9,7 @@ from typing import Any, TYPE_CHECKING
 import numpy as np
 
 from .closed_posture import ClosedPosture
-from .continuation import follow, SHORTEST
+from .continuation import follow
 from .limbs import Limbs
 from .rates import platform_states
 from ..body_state import BodyState
@@ -22,8 +22,8 @@ from ..trace import Graph, straight_line, StraightLine
 if TYPE_CHECKING:
     from .manipulator import ParallelManipulator
 
-FULL_SEARCH_EVERY = 50
-"""While samples fail, how often the whole way is walked; the others try one step only."""
+THOROUGH, BRIEF = 100, 3
+"""Steps in search of a posture: at first, and while samples fail."""
 
 
 class ParallelProgram(Program):
@@ -114,14 +114,17 @@ class ParallelProgram(Program):
 
     def _find(self, q: Array) -> ClosedPosture:
         """Return the posture of a sample: from the last one, else from home."""
-        full = self._failures % FULL_SEARCH_EVERY == 0
+        # A search in vain takes long: while samples fail it is made ever more rarely.
+        n = self._failures
+        thorough = n & (n - 1) == 0 or n % 64 == 0
         self._failures += 1
         try:
-            posture = follow(self._limbs, self.posture, q, self._closed, SHORTEST if full else 1)
+            posture = follow(self._limbs, self.posture, q, self._closed,
+                             THOROUGH if thorough else BRIEF)
         except ScrewKinematicsError:
-            if not full or self.posture is self._home:
+            if not thorough or self.posture is self._home:
                 raise
-            posture = follow(self._limbs, self._home, q, self._closed)
+            posture = follow(self._limbs, self._home, q, self._closed, THOROUGH)
         self._failures = 0
         return posture
 
