@@ -15,7 +15,7 @@ import numpy as np
 
 from .closed_posture import closed_posture, ClosedPosture
 from .limbs import Limbs
-from .newton import close_loops, Solution
+from .newton import close_loops, MAX_ITERATIONS, Solution
 from ..errors import AssemblyModeError, ScrewKinematicsError, SingularityError
 from ..se3 import Array
 
@@ -34,7 +34,7 @@ SINGULAR = 1e-6
 
 
 def follow(limbs: Limbs, start: ClosedPosture, target: Array, closed: float,
-           attempts: int = ATTEMPTS) -> ClosedPosture:
+           attempts: int = ATTEMPTS, iterations: int = MAX_ITERATIONS) -> ClosedPosture:
     """
     Return the posture for given actuators, in the assembly mode of another posture.
 
@@ -50,6 +50,8 @@ def follow(limbs: Limbs, start: ClosedPosture, target: Array, closed: float,
         Largest misfit of a closed loop.
     attempts : int
         Steps, taken or refused, after which the search is given up.
+    iterations : int
+        Newton steps in each of them.
 
     Returns
     -------
@@ -65,10 +67,9 @@ def follow(limbs: Limbs, start: ClosedPosture, target: Array, closed: float,
         The posture itself is singular.
 
     """
-    here, left, share, iterations = start, 1.0, 1.0, 0
+    here, left, share, total = start, 1.0, 1.0, 0
     way = _way(limbs, start.actuated, target)
-    reason: ScrewKinematicsError = AssemblyModeError(
-        f'the way is too long for {attempts} steps {limbs.at(target)}')
+    reason: ScrewKinematicsError | None = None
     for _ in range(attempts):
         remaining = left * way
         _, passive = here.system.direct(here.system.carried(remaining))
@@ -76,18 +77,21 @@ def follow(limbs: Limbs, start: ClosedPosture, target: Array, closed: float,
         longest = float(np.max(np.abs(predicted) * limbs.scale, initial=0.0))
         share = min(share, LONGEST / max(longest, LONGEST))
         try:
-            there = _step(limbs, here, share * predicted, closed)
+            there = _step(limbs, here, share * predicted, closed, iterations)
         except ScrewKinematicsError as error:
             reason, share = error, share / 2
             if share * left < SHORTEST:
                 break
             continue
-        iterations += there.iterations
+        total += there.iterations
         here, left = there, left * (1 - share)
         if share == 1.0:
-            return replace(here, iterations=iterations)
+            return replace(here, iterations=total)
         share = min(1.0, 2 * share / (1 - share))
-    raise _verdict(limbs, here, left * way, closed) or reason
+    if attempts > 1 or reason is None:
+        reason = _verdict(limbs, here, left * way, closed, iterations) or reason
+    raise reason or AssemblyModeError(
+        f'the way is too long for {attempts} steps {limbs.at(target)}')
 
 
 def check_same_mode(limbs: Limbs, posture: ClosedPosture, expected: ClosedPosture) -> None:
@@ -110,7 +114,7 @@ def check_same_mode(limbs: Limbs, posture: ClosedPosture, expected: ClosedPostur
 
 
 def _verdict(limbs: Limbs, here: ClosedPosture, remaining: Array, closed: float,
-             ) -> ScrewKinematicsError | None:
+             iterations: int) -> ScrewKinematicsError | None:
     """
     Return what is wrong with the end of the way.
 
@@ -118,15 +122,16 @@ def _verdict(limbs: Limbs, here: ClosedPosture, remaining: Array, closed: float,
     the actuators where they should be, says more.
     """
     try:
-        _step(limbs, here, np.concatenate([remaining, 0 * here.passive]), closed)
+        _step(limbs, here, np.concatenate([remaining, 0 * here.passive]), closed, iterations)
     except ScrewKinematicsError as error:
         return error
     return None
 
 
-def _step(limbs: Limbs, here: ClosedPosture, part: Array, closed: float) -> ClosedPosture:
+def _step(limbs: Limbs, here: ClosedPosture, part: Array, closed: float,
+          iterations: int) -> ClosedPosture:
     """Return the posture one step on; raise why there is none."""
-    there = close_loops(limbs, here.joints + part, here.system.ranks)
+    there = close_loops(limbs, here.joints + part, here.system.ranks, iterations)
     if np.max(there.misfit) <= max(closed, NEARLY_CLOSED):
         _check_step(limbs, here, there, part)
     signs = there.system.working_signs(here.system)

@@ -57,7 +57,8 @@ class Solution:
     converged: bool
 
 
-def close_loops(limbs: Limbs, joints: Array, ranks: Array | None = None) -> Solution:
+def close_loops(limbs: Limbs, joints: Array, ranks: Array | None = None,
+                iterations: int = MAX_ITERATIONS) -> Solution:
     """
     Move the passive joints until the limbs agree about the platform.
 
@@ -69,6 +70,8 @@ def close_loops(limbs: Limbs, joints: Array, ranks: Array | None = None) -> Solu
         All joints, where to start [rad, m]; the actuated ones are kept.
     ranks : array of int, shape (limbs,), optional
         Ranks of the limbs' passive screws in general posture.
+    iterations : int
+        Most steps.
 
     Returns
     -------
@@ -81,7 +84,7 @@ def close_loops(limbs: Limbs, joints: Array, ranks: Array | None = None) -> Solu
         platform, passive = system.direct(-error)
         return np.concatenate([rest, passive[limbs.slot_of]]), platform
 
-    return _iterate(limbs, joints, None, ranks, step)
+    return _iterate(limbs, joints, None, ranks, step, iterations)
 
 
 def reach(limbs: Limbs, joints: Array, pose: Array, ranks: Array | None = None) -> Solution:
@@ -108,10 +111,11 @@ def reach(limbs: Limbs, joints: Array, pose: Array, ranks: Array | None = None) 
 
 
 def _iterate(limbs: Limbs, joints: Array, target: Array | None, ranks: Array | None,
-             step: Callable[[ScrewSystem, Array], tuple[Array, Array]]) -> Solution:
+             step: Callable[[ScrewSystem, Array], tuple[Array, Array]],
+             iterations: int = MAX_ITERATIONS) -> Solution:
     before, change, smallest, share = joints, 0 * joints, np.inf, 1.0
     last = np.inf
-    for iteration in range(1, MAX_ITERATIONS + 1):
+    for iteration in range(1, iterations + 1):
         rotations, positions, screws = limbs.kinematics(joints.tolist())
         system = ScrewSystem(screws, limbs.length, ranks)
         # Any limb's tip will do as the pose to linearise at.

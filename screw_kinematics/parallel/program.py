@@ -11,6 +11,7 @@ import numpy as np
 from .closed_posture import ClosedPosture
 from .continuation import follow
 from .limbs import Limbs
+from .newton import MAX_ITERATIONS
 from .rates import platform_states
 from ..body_state import BodyState
 from ..compile import checked_outputs, ORDERS, output_sizes
@@ -22,8 +23,8 @@ from ..trace import Graph, straight_line, StraightLine
 if TYPE_CHECKING:
     from .manipulator import ParallelManipulator
 
-THOROUGH, BRIEF = 100, 3
-"""Steps in search of a posture: at first, and while samples fail."""
+THOROUGH, BRIEF = (100, MAX_ITERATIONS), (1, 4)
+"""Effort for a sample, parts of the way and Newton steps: at first, and while samples fail."""
 
 
 class ParallelProgram(Program):
@@ -116,15 +117,15 @@ class ParallelProgram(Program):
         """Return the posture of a sample: from the last one, else from home."""
         # A search in vain takes long: while samples fail it is made ever more rarely.
         n = self._failures
-        thorough = n & (n - 1) == 0 or n % 64 == 0
+        thorough = n & (n - 1) == 0 or n % 512 == 0
         self._failures += 1
         try:
             posture = follow(self._limbs, self.posture, q, self._closed,
-                             THOROUGH if thorough else BRIEF)
+                             *(THOROUGH if thorough else BRIEF))
         except ScrewKinematicsError:
             if not thorough or self.posture is self._home:
                 raise
-            posture = follow(self._limbs, self._home, q, self._closed, THOROUGH)
+            posture = follow(self._limbs, self._home, q, self._closed, *THOROUGH)
         self._failures = 0
         return posture
 
