@@ -52,6 +52,7 @@ setup(
             'demo = screw_kinematics.tools.demo:main',
             'joint_state_source = screw_kinematics.tools.joint_state_source:main',
             'plot = screw_kinematics.tools.plot:main',
+            'derive = screw_kinematics.tools.derive:main',
         ],
     },
 )
