@@ -69,7 +69,10 @@ def cross(a: Array, b: Array) -> Array:
     """
     a0, a1, a2 = a[..., 0], a[..., 1], a[..., 2]
     b0, b1, b2 = b[..., 0], b[..., 1], b[..., 2]
-    return np.stack([a1 * b2 - a2 * b1, a2 * b0 - a0 * b2, a0 * b1 - a1 * b0], axis=-1)
+    first = a1 * b2 - a2 * b1
+    out = np.empty(np.shape(first) + (3,), dtype=np.result_type(a, b))
+    out[..., 0], out[..., 1], out[..., 2] = first, a2 * b0 - a0 * b2, a0 * b1 - a1 * b0
+    return out
 
 
 def dot(a: Array, b: Array) -> Any:
@@ -122,8 +125,8 @@ def skew(vector: Array) -> Array:
     vector = np.asarray(vector)
     x, y, z = vector[..., 0], vector[..., 1], vector[..., 2]
     zero = 0 * x
-    rows = [[zero, -z, y], [z, zero, -x], [-y, x, zero]]
-    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+    entries = np.stack([zero, -z, y, z, zero, -x, -y, x, zero], axis=-1)
+    return entries.reshape(vector.shape + (3,))
 
 
 def rotation_about(axis: Array, angle: Any) -> Array:
