@@ -28,7 +28,7 @@ with atheris.instrument_imports(include=['screw_kinematics']):
     from screw_kinematics.models.model_file import chain_from_data
     from screw_kinematics.models.parallel_file import manipulator_from_data
     from screw_kinematics.models.safe_yaml import read_yaml
-    from screw_kinematics.models.urdf import chain_from_urdf
+    from screw_kinematics.models.urdf import load_urdf
     from screw_kinematics.ros.cdr import JointStateDecoder
 
 ROBOTS = Path(__file__).parents[1] / 'config' / 'robots'
@@ -48,7 +48,7 @@ JOINT_STATE = bytes.fromhex(
 
 def read_urdf(data: bytes) -> object:
     """Read a robot description."""
-    return chain_from_urdf(data)
+    return load_urdf(data)
 
 
 def read_model(data: bytes) -> object:

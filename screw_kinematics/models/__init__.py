@@ -6,6 +6,7 @@ Robot descriptions and how they become chains or parallel manipulators.
 Formats: model files in YAML (:mod:`.model_file`, :mod:`.parallel_file`), URDF, and xacro
 where it is installed.
 """
-from .loading import load, load_urdf
+from .loading import load
+from .urdf import load_urdf
 
 __all__ = ['load', 'load_urdf']

@@ -11,7 +11,7 @@ from .model_file import chain_from_data
 from .parallel_file import manipulator_from_data
 from .robot_xml import MAX_BYTES
 from .safe_yaml import read_yaml
-from .urdf import chain_from_urdf
+from .urdf import load_urdf
 from .uri import local_path
 from ..chain import SerialChain
 from ..errors import MissingExtraError, ModelError
@@ -67,33 +67,6 @@ def load(uri: str | os.PathLike[str], base_frame: str | None = None,
     read = manipulator_from_data if isinstance(data, dict) and 'limbs' in data \
         else chain_from_data
     return read(data, source, path.stem, base_frame, tip_frame)
-
-
-def load_urdf(text: str | bytes, base_frame: str | None = None, tip_frame: str | None = None,
-              source: str = 'robot_description') -> SerialChain:
-    """
-    Return the chain between two links of a URDF text.
-
-    Parameters
-    ----------
-    text : str or bytes
-        The XML document, as the topic ``robot_description`` has it.
-    base_frame, tip_frame : str, optional
-        Any two links; default: the root link and the only leaf below the base frame.
-    source : str
-        Where the text comes from, for messages.
-
-    Returns
-    -------
-    SerialChain
-
-    Raises
-    ------
-    ModelError
-        As :func:`load`.
-
-    """
-    return chain_from_urdf(text, base_frame, tip_frame, source)
 
 
 def _content(source: str, path: Path) -> bytes:

@@ -47,29 +47,6 @@ def pose(rotation: Any = None, translation: Any = (0.0, 0.0, 0.0)) -> Array:
     return T
 
 
-def inverse(T: Array) -> Array:
-    """
-    Return the inverse of a rigid displacement.
-
-    Parameters
-    ----------
-    T : array, shape (4, 4)
-        Rotation and translation, the latter in m.
-
-    Returns
-    -------
-    array, shape (4, 4)
-
-    Examples
-    --------
-    >>> float(inverse(pose(translation=(1, 0, 0)))[0, 3])
-    -1.0
-
-    """
-    R = T[:3, :3]
-    return pose(R.T, -R.T @ T[:3, 3])
-
-
 def turn(axis: str, angle: float) -> Array:
     """
     Return the rotation about a coordinate axis, exact for quarter turns.

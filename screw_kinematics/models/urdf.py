@@ -19,13 +19,13 @@ import numpy as np
 
 from .fields import Fields, listed, reported
 from .following import followed_joint
-from .placement import inverse, pose, rotation_rpy
+from .placement import pose, rotation_rpy
 from .robot_xml import JointElement, read_document, RobotDocument
 from .tree import Edge, LinkTree
 from ..chain import SerialChain
 from ..errors import ModelError
 from ..joint import Joint, Mimic
-from ..se3 import Array
+from ..se3 import Array, inverse
 
 _MOVING = ('revolute', 'continuous', 'prismatic')
 _KINDS = ('fixed', *_MOVING)
@@ -33,16 +33,15 @@ MAX_JOINTS = 1000    # between base and tip
 
 
 @np.errstate(over='ignore', invalid='ignore')    # what overflows is refused as not finite
-def chain_from_urdf(text: str | bytes, base_frame: str | None = None,
-                    tip_frame: str | None = None,
-                    source: str = 'robot_description') -> SerialChain:
+def load_urdf(text: str | bytes, base_frame: str | None = None, tip_frame: str | None = None,
+              source: str = 'robot_description') -> SerialChain:
     """
-    Return the chain between two links of a URDF document.
+    Return the chain between two links of a URDF text.
 
     Parameters
     ----------
     text : str or bytes
-        The XML document.
+        The XML document, as the topic ``robot_description`` has it.
     base_frame : str, optional
         Link the motion is measured from; default: the root link. It need not be an
         ancestor of the tip: joints between them may be passed upwards.
