@@ -224,7 +224,7 @@ class BodyState:
 
         References
         ----------
-        The paper, section 3.2 (Theorem 4).
+        The paper, section 3.2.
 
         Examples
         --------

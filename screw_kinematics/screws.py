@@ -151,7 +151,7 @@ def screw_of_twist(twist: Array) -> Screw:
 
     References
     ----------
-    The paper, section 2.2 (theorem of Chasles).
+    The paper, section 2.2.
 
     Examples
     --------

@@ -201,7 +201,7 @@ def compose(outer: Sequence[Array], inner: Sequence[Array]) -> list[Array]:
 
     References
     ----------
-    The paper, section 3.2 (Theorem 4, whose Coriolis-Lie term enters once).
+    The paper, section 3.2; the Coriolis-Lie term of its Theorem 4 enters once.
 
     Examples
     --------
