@@ -3,7 +3,7 @@
 """Tracing of chains: from the names of outputs to a compiled program."""
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import Any, TYPE_CHECKING
 
 import numpy as np
@@ -48,14 +48,15 @@ def compile_chain(chain: SerialChain, outputs: Iterable[str] = ('pose', 'twist',
                    axes, pole, chain.base_frame, chain.tip_frame)
 
 
-def checked_outputs(outputs: Iterable[str], axes: str, pole: str) -> tuple[str, ...]:
+def checked_outputs(outputs: Iterable[str], axes: str, pole: str,
+                    known: Mapping[str, int] = ORDERS) -> tuple[str, ...]:
     """Return the names of the outputs, after checking them, axes and pole."""
     outputs = (outputs,) if isinstance(outputs, str) else tuple(outputs)
     if not outputs:
-        raise InvalidValueError(f'no outputs asked for; known: {", ".join(ORDERS)}')
+        raise InvalidValueError(f'no outputs asked for; known: {", ".join(known)}')
     for output in outputs:
-        if output not in ORDERS:
-            raise UnknownNameError('output', output, ORDERS)
+        if output not in known:
+            raise UnknownNameError('output', output, known)
         if outputs.count(output) > 1:
             raise InvalidValueError(f'output {output!r} is asked for more than once')
     for what, value in (('axes', axes), ('pole', pole)):

@@ -39,13 +39,26 @@ def test_outputs_are_those_of_the_manipulator(name, axes, pole):
 @pytest.mark.parametrize('name', ROBOTS)
 def test_passive_joints_of_the_last_sample(name):
     manipulator, joints = load(name), moment(name, 1).joints
-    program = manipulator.compile(('accel',), 'python')
-    program(*joints[:3])
+    program = manipulator.compile(('accel', 'passive_velocity', 'passive_position'), 'python')
+    found = program(*joints[:3])
     posture = manipulator.posture(joints[0])
     _, rates = manipulator.rates(posture, *joints[1:3])
     assert program.passive_joint_names == manipulator.passive_joint_names
     np.testing.assert_allclose(program.posture.passive, posture.passive, atol=1e-12)
     np.testing.assert_allclose(program.passive_rates, rates, atol=1e-12)
+    np.testing.assert_array_equal(found['passive_position'], program.posture.passive)
+    np.testing.assert_array_equal(found['passive_velocity'], program.passive_rates[0])
+
+
+def test_report_of_the_last_posture():
+    planar = load('planar_3rrr')
+    program = planar.compile(('pose',), 'python')
+    program(moment('planar_3rrr', 0).joints[0])
+    report, posture = program.report(), program.posture
+    assert report['distance to direct singularity'] == posture.conditioning.direct
+    assert report['distance to inverse singularity'] == posture.conditioning.inverse
+    assert report['limbs in another working mode'] == 0
+    assert 0 < report['Newton steps'] < 20 and report['largest misfit of a loop'] < 1e-12
 
 
 @pytest.mark.parametrize('name', ROBOTS)

@@ -12,13 +12,12 @@ from .closed_posture import ClosedPosture
 from .continuation import follow
 from .limbs import Limbs
 from .newton import MAX_ITERATIONS
+from .outputs import ORDERS, output_sizes, trace_outputs
 from .rates import platform_states
-from ..body_state import BodyState
-from ..compile import checked_outputs, ORDERS, output_sizes
+from ..compile import checked_outputs
 from ..errors import ScrewKinematicsError
 from ..program import Program
 from ..se3 import Array
-from ..trace import Graph, straight_line, StraightLine
 
 if TYPE_CHECKING:
     from .manipulator import ParallelManipulator
@@ -40,6 +39,8 @@ class ParallelProgram(Program):
     ----------
     manipulator : ParallelManipulator
     outputs : iterable of str
+        As for a serial chain, and 'passive_position' and 'passive_velocity' of the passive
+        joints.
     backend : {'auto', 'python', 'numba'}
     axes, pole : {'base', 'tip'}
 
@@ -55,12 +56,13 @@ class ParallelProgram(Program):
 
     def __init__(self, manipulator: ParallelManipulator, outputs: Iterable[str],
                  backend: str = 'auto', axes: str = 'base', pole: str = 'tip') -> None:
-        outputs = checked_outputs(outputs, axes, pole)
+        outputs = checked_outputs(outputs, axes, pole, ORDERS)
         order = max(ORDERS[output] for output in outputs)
-        line, names = _trace_outputs(outputs, order, manipulator.dof, axes, pole)
-        super().__init__(line, output_sizes(outputs, manipulator.dof),
-                         manipulator.joint_names, order, backend, axes, pole,
-                         manipulator.base_frame, manipulator.tip_frame, names)
+        dof, passive = manipulator.dof, len(manipulator.passive_joint_names)
+        line, names = trace_outputs(outputs, order, dof, passive, axes, pole)
+        super().__init__(line, output_sizes(outputs, dof, passive), manipulator.joint_names,
+                         order, backend, axes, pole, manipulator.base_frame,
+                         manipulator.tip_frame, names)
         self.passive_joint_names = manipulator.passive_joint_names
         self._limbs = Limbs(manipulator.limbs, manipulator.joint_names, self.backend,
                             manipulator.characteristic_length)
@@ -75,6 +77,27 @@ class ParallelProgram(Program):
         self.posture = self._home
         self.passive_rates: list[Array] = []
         self._failures = 0
+
+    def report(self) -> dict[str, float]:
+        """
+        Return how the last good posture is, for diagnostics.
+
+        Returns
+        -------
+        dict from str to float
+            Distances to singularities (0 is singular, see :class:`Conditioning`), largest
+            misfit of a loop, Newton steps, and number of limbs on the other side of an
+            inverse singularity than at home.
+
+        """
+        posture = self.posture
+        distance = posture.conditioning
+        return {'distance to direct singularity': distance.direct,
+                'distance to inverse singularity': distance.inverse,
+                'distance to limb singularity': distance.limbs,
+                'largest misfit of a loop': float(posture.misfit.max()),
+                'Newton steps': posture.iterations,
+                'limbs in another working mode': int((posture.working_mode < 0).sum())}
 
     def batch(self, *motion: Any) -> dict[str, Array]:
         """
@@ -111,6 +134,10 @@ class ParallelProgram(Program):
             numbers += state.tolist()
         if 'jacobian' in self.slices:
             numbers += posture.system.jacobian.ravel().tolist()
+        if 'passive_position' in self.slices:
+            numbers += posture.passive.tolist()
+        if 'passive_velocity' in self.slices:
+            numbers += passive[0].tolist()
         return self._convert(numbers)
 
     def _find(self, q: Array) -> ClosedPosture:
@@ -128,30 +155,3 @@ class ParallelProgram(Program):
             posture = follow(self._limbs, self._home, q, self._closed, *THOROUGH)
         self._failures = 0
         return posture
-
-
-def _trace_outputs(outputs: tuple[str, ...], order: int, dof: int, axes: str, pole: str,
-                   ) -> tuple[StraightLine, list[str]]:
-    """Return the program from the platform's pose and states to the outputs asked for."""
-    names = [f'p{k}' for k in range(3)] + [f'r{k}' for k in range(9)]
-    names += [f'x{n}_{k}' for n in range(1, order + 1) for k in range(6)]
-    names += [f'j{k}' for k in range(6 * dof)] if 'jacobian' in outputs else []
-    inputs = Graph().inputs(len(names))
-    pose = np.eye(4, dtype=int).astype(object)
-    pose[:3, 3], pose[:3, :3] = inputs[:3], inputs[3:12].reshape(3, 3)
-    reduced = inputs[12:12 + 6 * order].reshape(order, 6)
-    state = BodyState(pose, tuple(reduced), pose[:3, 3]).about(pole).expressed_in(axes)
-    values: list[Any] = []
-    for name in outputs:
-        if name == 'pose':
-            values += inputs[:12].tolist()
-        elif name == 'jacobian':
-            # Columns are twists per unit rate: they go to other poles and axes as states do.
-            columns = inputs[12 + 6 * order:].reshape(6, dof).T
-            turned = BodyState(pose, (columns,), pose[:3, 3]).about(pole).expressed_in(axes)
-            values += turned.velocity.T.ravel().tolist()
-        elif name.startswith('reduced_'):
-            values += state.reduced[ORDERS[name] - 1].tolist()
-        else:
-            values += state.classical(ORDERS[name]).tolist()
-    return straight_line(len(names), values), names
