@@ -101,6 +101,7 @@ class Diagnostics:
             values['age of last output [s]'] = (
                 round(age * 1e-9, 4) if account.outputs else 'none yet')
             values |= _estimation(robot)
+            values |= robot.posture_report()
             doubts = [d for e in pipeline.estimators() for d in e.doubts()]
             values['doubts'] = '; '.join(doubts)
 

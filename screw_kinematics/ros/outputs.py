@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 from geometry_msgs.msg import (
     AccelStamped, AccelWithCovarianceStamped, PoseStamped, TwistStamped,
     TwistWithCovarianceStamped, VelocityStamped)
+from sensor_msgs.msg import JointState
 from visualization_msgs.msg import MarkerArray
 
 from .encoders import (
@@ -55,6 +56,7 @@ KINDS = {
     'accel_with_covariance': OutputKind(
         AccelWithCovarianceStamped, ('accel', 'jacobian'), derivative=2),
     'markers': OutputKind(MarkerArray, ('pose', 'twist', 'reduced_accel')),
+    'passive_joint_states': OutputKind(JointState, ('passive_position', 'passive_velocity')),
 }
 
 
@@ -74,7 +76,7 @@ def make_send(output: str, publish: Callable[[bytes], None], slices: Slices, fra
     Parameters
     ----------
     output : str
-        Any of KINDS but markers.
+        Any of KINDS but markers and passive joint states.
     publish : callable
         Takes a serialized message.
     slices : dict from str to slice
@@ -107,6 +109,20 @@ def make_send(output: str, publish: Callable[[bytes], None], slices: Slices, fra
 
     def send(stamp_ns: int, values: Values) -> None:
         publish(encode(stamp_ns, values[at]))
+    return send
+
+
+def send_joint_states(publish: Callable[[JointState], None], slices: Slices,
+                      joint_names: Sequence[str]) -> Send:
+    """Return the function that publishes the passive joints from the program's values."""
+    position, velocity = (slices[need] for need in KINDS['passive_joint_states'].needs)
+    message = JointState(name=list(joint_names))
+
+    def send(stamp_ns: int, values: Values) -> None:
+        message.header.stamp.sec, message.header.stamp.nanosec = divmod(stamp_ns, 10**9)
+        message.position = list(values[position])
+        message.velocity = list(values[velocity])
+        publish(message)
     return send
 
 

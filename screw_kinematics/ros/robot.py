@@ -10,7 +10,7 @@ from typing import Any
 from rclpy.node import Node
 
 from .background import Background
-from .robot_model import build_model, continuous_joints
+from .robot_model import build_model, check_outputs, continuous_joints
 from .settings import RobotSettings
 from .topics import RobotTopics
 from ..accounting import Account
@@ -97,7 +97,10 @@ class Robot:
         old = self.settings
         same = (old.base_frame, old.tip_frame, old.tool_offset) == (
             settings.base_frame, settings.tip_frame, settings.tool_offset)
-        if same or self.model is None:
+        if self.model is None:
+            return None
+        if same:
+            check_outputs(settings, self.model)
             return self.model
         return build_model(settings, self._description)
 
@@ -134,6 +137,11 @@ class Robot:
             elif outputs > 0 and now - since > self.settings.stale_timeout:
                 self._heard = (0, now)
                 self.topics.clear_markers()
+
+    def posture_report(self) -> dict[str, Any]:
+        """Return what the program in use says about the robot's last posture, if anything."""
+        report = getattr(self._programs.get(self.topics.needs), 'report', dict)
+        return dict(report())
 
     def reset(self) -> None:
         """Forget the samples so far, as after a jump of the clock."""

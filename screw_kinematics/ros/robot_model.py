@@ -7,7 +7,7 @@ from typing import Any
 
 from .settings import RobotSettings
 from .. import models
-from ..errors import ModelError
+from ..errors import ModelError, ParameterError
 from ..models.placement import pose, rotation_rpy
 
 
@@ -46,6 +46,7 @@ def build_model(settings: RobotSettings, text: str | None = None) -> Any:
         raise ModelError(
             f'robot {settings.name!r}', 'no joint moves between the frames '
             f'{model.base_frame!r} and {model.tip_frame!r}')
+    check_outputs(settings, model)
     if settings.has_tool:
         if not hasattr(model, 'with_tool'):
             raise ModelError(
@@ -55,6 +56,14 @@ def build_model(settings: RobotSettings, text: str | None = None) -> Any:
         model = model.with_tool(
             pose(rotation_rpy(*offset[3:]), offset[:3]), f'{model.tip_frame}_tool')
     return model
+
+
+def check_outputs(settings: RobotSettings, model: Any) -> None:
+    """Raise ParameterError if the model cannot give the outputs asked for."""
+    if 'passive_joint_states' in settings.outputs and not hasattr(model, 'passive_joint_names'):
+        raise ParameterError(
+            f'{settings.name}.outputs', list(settings.outputs),
+            f'passive_joint_states for parallel robots only, which {model!r} is not')
 
 
 def continuous_joints(model: Any) -> list[bool]:

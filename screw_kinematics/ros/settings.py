@@ -14,7 +14,8 @@ from ..motion import ESTIMATORS
 from ..motion.group_motion import MotionSettings, VELOCITY_SOURCES
 
 OUTPUTS = ('pose', 'twist', 'accel', 'reduced_accel', 'jerk', 'snap', 'velocity',
-           'twist_with_covariance', 'accel_with_covariance', 'markers')
+           'twist_with_covariance', 'accel_with_covariance', 'markers',
+           'passive_joint_states')
 
 Check = Callable[[Any], Any]
 

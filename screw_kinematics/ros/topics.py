@@ -13,7 +13,7 @@ from rclpy.qos import QoSProfile
 from rclpy.qos_overriding_options import QoSOverridingOptions
 
 from .markers import MarkerSender
-from .outputs import Frames, KINDS, make_send, Send, Slices, Values, Variances
+from .outputs import Frames, KINDS, make_send, Send, send_joint_states, Slices, Values, Variances
 from .settings import RobotSettings
 from ..body_state import BodyState
 
@@ -84,7 +84,7 @@ class RobotTopics:
         ----------
         slices : dict from str to slice
             Where the program's outputs are among its values.
-        model : SerialChain
+        model : SerialChain or ParallelManipulator
             Names the frames.
         settings : RobotSettings
             Axes and reference point of the program, and prefix of frame names.
@@ -97,12 +97,16 @@ class RobotTopics:
         frames = Frames(base, tip, tip if settings.expressed_in == 'tip' else base)
         self._active = {
             name: make_send(name, self._publishers[name].publish, slices, frames, variances)
-            for name in self.wanted if name != 'markers'}
+            for name in self.wanted if name not in ('markers', 'passive_joint_states')}
         if 'markers' in self.wanted:
             self._markers = MarkerSender(
                 self._publishers['markers'].publish, _state_reader(slices, settings),
                 base, settings.markers_rate, settings.stale_timeout)
             self._active['markers'] = self._markers.send
+        if 'passive_joint_states' in self.wanted:
+            self._active['passive_joint_states'] = send_joint_states(
+                self._publishers['passive_joint_states'].publish, slices,
+                model.passive_joint_names)
         self.sends = tuple(self._active.values())
 
     def use_only(self, outputs: Iterable[str]) -> None:

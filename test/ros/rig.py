@@ -24,6 +24,8 @@ RELIABLE_INPUT = {'reliability': 'reliable', 'depth': 5000}
 """So that counts can be compared whatever else the machine does."""
 
 NODE = 'kinematic_state_publisher'
+CODE = 'import sys; from screw_kinematics.ros.main import main; sys.exit(main())'
+"""What the process of the node runs."""
 
 
 class Rig:
@@ -144,10 +146,9 @@ def running(context, directory, parameters, arguments=()):
 
 def start(arguments, log):
     """Start the node."""
-    code = 'import sys; from screw_kinematics.ros.main import main; sys.exit(main())'
     with open(log, 'w') as file:
         return subprocess.Popen(
-            [sys.executable, '-c', code, '--ros-args', *arguments],
+            [sys.executable, '-c', CODE, '--ros-args', *arguments],
             stdout=file, stderr=subprocess.STDOUT, env=os.environ)
 
 
