@@ -9,12 +9,11 @@ import numpy as np
 import pytest
 import rig as rigs
 from rig import joint_state, RELIABLE_INPUT, RPR, running, six, stamp_ns
-from sensor_msgs.msg import JointState
-import simulated_stewart as simulated
-
 from screw_kinematics import models
 from screw_kinematics.errors import ParameterError
 from screw_kinematics.ros.robot_model import check_outputs
+from sensor_msgs.msg import JointState
+import simulated_stewart as simulated
 
 STEWART = 'package://screw_kinematics/config/robots/stewart_6ups.yaml'
 PERIOD = 2_000_000
