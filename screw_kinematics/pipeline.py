@@ -194,6 +194,7 @@ class RobotPipeline:
     def reset(self) -> None:
         """Start anew, as after a jump of the clock; counts stay."""
         self._rounds.clear()
+        self._heard.clear()
         for motion in self._motions.values():
             motion.reset()
 

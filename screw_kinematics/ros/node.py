@@ -10,10 +10,12 @@ from diagnostic_msgs.msg import DiagnosticArray
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.clock import Clock, ClockType, JumpThreshold, TimeJump
 from rclpy.duration import Duration
+from rclpy.exceptions import InvalidTopicNameException
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.parameter import Parameter
 from rclpy.parameter_service import ParameterService
 from rclpy.qos import DurabilityPolicy, QoSProfile
+from rclpy.validate_topic_name import validate_topic_name
 from std_msgs.msg import String
 
 from .background import Background
@@ -52,20 +54,27 @@ class KinematicStatePublisher(LifecycleNode):
 
     def __init__(self, **options: Any) -> None:
         super().__init__('kinematic_state_publisher', start_parameter_services=False, **options)
-        self._settings = NodeParameters(self)
-        settings = self._settings.node_settings()
         self.robots: dict[str, Robot] = {}
         self.inputs: dict[str, JointInput] = {}
-        self._descriptions: list[Any] = []
-        self._background = Background()
         self.failure: ScrewKinematicsError | None = None
         self.unknown_parameters: list[str] = []
         self.state = 'unconfigured'
+        self._descriptions: list[Any] = []
+        self._background = Background()
         self._plans: dict[str, tuple[Any, Any]] = {}
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self._diagnostics = Diagnostics()
+        try:
+            self._start()
+        except ScrewKinematicsError:
+            self.destroy_node()
+            raise
+
+    def _start(self) -> None:
+        self._settings = NodeParameters(self)
+        settings = self._settings.node_settings()
         if settings.allow_remote_parameters:
             self._remote_parameters = ParameterService(self)
-        self._diagnostics = Diagnostics()
         self._report = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
         self._jumps = self.get_clock().create_jump_callback(
             JumpThreshold(min_forward=None, min_backward=Duration(nanoseconds=-1)),
@@ -149,7 +158,8 @@ class KinematicStatePublisher(LifecycleNode):
         listeners: dict[str, list[Robot]] = {}
         for robot in self.robots.values():
             for topic in robot.settings.joint_states_topic:
-                listeners.setdefault(self.resolve_topic_name(topic), []).append(robot)
+                listeners.setdefault(
+                    self._resolve(robot, 'joint_states_topic', topic), []).append(robot)
         for topic, robots in listeners.items():
             self.inputs[topic] = JointInput(self, topic, [robot.take for robot in robots])
         self._subscribe_to_descriptions(
@@ -158,7 +168,7 @@ class KinematicStatePublisher(LifecycleNode):
     def _subscribe_to_descriptions(self, robots: Iterable[Robot]) -> None:
         by_topic: dict[str, list[Robot]] = {}
         for robot in robots:
-            topic = self.resolve_topic_name(robot.settings.description_topic)
+            topic = self._resolve(robot, 'description_topic', robot.settings.description_topic)
             by_topic.setdefault(topic, []).append(robot)
         for topic, waiting in by_topic.items():
             def described(message: String, waiting: list[Robot] = waiting) -> None:
@@ -167,6 +177,14 @@ class KinematicStatePublisher(LifecycleNode):
             self._descriptions.append(self.create_subscription(
                 String, topic, described,
                 QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)))
+
+    def _resolve(self, robot: Robot, parameter: str, topic: str) -> str:
+        """Return the full name of a topic."""
+        try:
+            validate_topic_name(topic)
+        except InvalidTopicNameException:
+            raise ParameterError(f'{robot.name}.{parameter}', topic, 'a topic name') from None
+        return self.resolve_topic_name(topic)
 
     def _clean_up(self) -> None:
         for subscription in self._descriptions:

@@ -145,6 +145,8 @@ class Robot:
 
     def reset(self) -> None:
         """Forget the samples so far, as after a jump of the clock."""
+        self._heard = (0, 0.0)
+        self.topics.clear_markers()
         if self.pipeline is not None:
             self.pipeline.reset()
 
