@@ -31,6 +31,9 @@ CHECK = 8
 CONVERGED = 3e-3
 """Gains that change by less than this over `CHECK` steps are kept, ..."""
 
+REWEIGH = 4e-3
+"""Time between renewals of the weights while the gains are kept, s; a part of their memory."""
+
 RETURNED = 1e-2
 """... and come back into use after a missing sample when they are met again this closely."""
 
@@ -94,12 +97,16 @@ class FilterBank:
         self._log_s_velocity = np.zeros((m, 1))
         self._span = 0.0
         self._steps = 0
+        self._unweighed: list[tuple[float, Step]] = []
+        self._unweighed_time = 0.0
         self.weights = np.full((m, n), 1 / m)
         self.release()
 
     def release(self) -> None:
         """Let the gains go again."""
         if self.steady is not None:
+            if self._unweighed:
+                self._reweigh_steady(self.steady)
             self._log_s, self._log_s_velocity = self.steady.log_s, self.steady.log_s_velocity
         self.steady = None
         self._checked: Array | None = None
@@ -230,28 +237,53 @@ class FilterBank:
         gain, precision, _ = steady.step.position
         error = position - predicted[0]
         of_position, of_velocity = Innovation(gain, precision, error), None
-        self.x = predicted + gain * error
-        forget = 1.0 - math.exp(-dt / self.window)
-        self._span = span = (1.0 - forget) * self._span + 1.0
-        square = error * error
-        square *= forget * precision
-        self.noise = noise = (1.0 - forget) * self.noise
-        noise += square
-        score = np.log(noise + FLOOR)
+        x = gain * error
+        x += predicted
         if velocity is not None and steady.step.velocity is not None:
             gain, precision, _ = steady.step.velocity
-            error = velocity * TIME_UNIT - self.x[1]
+            error = velocity * TIME_UNIT - x[1]
             of_velocity = Innovation(gain, precision, error)
-            self.x += gain * error
-            square = error * error
-            square *= forget * precision
-            square += (1.0 - forget) * self._velocity_noise
-            self._velocity_noise = square
-            score += steady.used * np.log(square + FLOOR)
+            x += gain * error
+        self.x = x
+        step = Step(f, predicted, steady.step.covariance, of_position, of_velocity)
+        self._unweighed.append((dt, step))
+        self._unweighed_time += dt
+        if self._unweighed_time >= REWEIGH:
+            self._reweigh_steady(steady)
+        return step
+
+    def _reweigh_steady(self, steady: SteadyGains) -> None:
+        """Do for all steps since the last time at once what `_reweigh` does for one."""
+        steps, self._unweighed, self._unweighed_time = self._unweighed, [], 0.0
+        shares, share = [], 1.0
+        for dt, _ in reversed(steps):
+            kept = math.exp(-dt / self.window)
+            shares.append((1.0 - kept) * share)
+            share *= kept
+        for dt, _ in steps:
+            self._span = math.exp(-dt / self.window) * self._span + 1.0
+        of_steps = np.array(shares[::-1])
+
+        def mean(old: Array, errors: Array, precision: Array) -> Array:
+            errors *= errors
+            new = of_steps.dot(errors.reshape(len(steps), -1)).reshape(old.shape)
+            new *= precision
+            new += share * old
+            return new
+
+        self.noise = noise = mean(
+            self.noise, np.array([step.position.error for _, step in steps]),
+            steady.step.position.precision)
+        score = np.log(noise + FLOOR)
+        if steady.step.velocity is not None:
+            self._velocity_noise = noise = mean(
+                self._velocity_noise,
+                np.array([step.velocity.error for _, step in steps if step.velocity]),
+                steady.step.velocity.precision)
+            score += steady.used * np.log(noise + FLOOR)
         score += steady.log_constant
         score -= score.min(axis=0)
-        score *= -0.5 * span
+        score *= -0.5 * self._span
         weights = np.exp(score, out=score)
         weights /= weights.sum(axis=0)
         self.weights = weights
-        return Step(f, predicted, steady.step.covariance, of_position, of_velocity)

@@ -35,7 +35,7 @@ PAUSE = 0.1
 BLOCK = 8
 """Samples judged together."""
 
-CHANGE = 1.5
+CHANGE = 2.5
 """The ratio of variances is left as it is while the new one is within this factor."""
 
 

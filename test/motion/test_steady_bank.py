@@ -1,0 +1,39 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Weights that are renewed for several steps at once are those renewed step by step."""
+import numpy as np
+import pytest
+
+from screw_kinematics.motion import filter_bank
+from screw_kinematics.motion.filter_bank import BANDWIDTHS, FilterBank
+
+PERIOD, JOINTS, STEPS = 1e-3, 3, 2000
+
+
+def weights_of_a_run(monkeypatch, renewal, with_velocity):
+    """Return the weights after each step, and whether they were renewed in it."""
+    monkeypatch.setattr(filter_bank, 'REWEIGH', renewal)
+    random = np.random.default_rng(7)
+    t = PERIOD * np.arange(STEPS)[:, None]
+    q = np.sin(3 * t + np.arange(JOINTS)) + random.normal(0, 1e-4, (STEPS, JOINTS))
+    v = 3 * np.cos(3 * t + np.arange(JOINTS)) + random.normal(0, 1e-2, (STEPS, JOINTS))
+    intervals = PERIOD * (1 + random.uniform(-0.2, 0.2, STEPS))
+    ratio = np.array([50.0, 80.0, np.inf]) if with_velocity else None
+    bank = FilterBank(JOINTS, BANDWIDTHS, window=0.1)
+    bank.start(q[0])
+    weights, steady = [], []
+    for k in range(1, STEPS):
+        bank.step(intervals[k], PERIOD, PERIOD, q[k], v[k] if with_velocity else None, ratio)
+        weights.append(bank.weights)
+        steady.append(bank.steady is not None and not bank._unweighed)
+    bank.release()
+    return np.array([*weights, bank.weights]), np.array([*steady, True])
+
+
+@pytest.mark.parametrize('with_velocity', [False, True])
+def test_together_or_one_by_one(monkeypatch, with_velocity):
+    single, _ = weights_of_a_run(monkeypatch, 0.0, with_velocity)
+    several, renewed = weights_of_a_run(monkeypatch, 4 * PERIOD, with_velocity)
+    assert renewed.sum() > 50 and not renewed.all()
+    assert np.abs(np.diff(single, axis=0)).max() > 1e-3
+    np.testing.assert_allclose(several[renewed], single[renewed], rtol=1e-9, atol=1e-12)
