@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 Array = np.ndarray[Any, np.dtype[Any]]
+_IDENTITY = np.eye(3, dtype=int)
 
 
 def _elementwise(name: str) -> Callable[[Any], Any]:
@@ -154,4 +155,4 @@ def rotation_about(axis: Array, angle: Any) -> Array:
     c, s = np.asarray(cos(angle))[..., None, None], np.asarray(sin(angle))[..., None, None]
     projector = axis[..., :, None] * axis[..., None, :]
     # Written so that constant axes leave no terms such as 1 - (1 - c) in symbolic results.
-    return c * (np.eye(3, dtype=int) - projector) + s * skew(axis) + projector
+    return c * (_IDENTITY - projector) + s * skew(axis) + projector

@@ -1,5 +1,6 @@
 # Copyright screw_kinematics contributors
 # SPDX-License-Identifier: Apache-2.0
+from hypothesis import given, settings, strategies as st
 import mpmath
 import numpy as np
 import pytest
@@ -50,6 +51,21 @@ def test_exp_is_the_matrix_exponential(angle):
 def test_exp_of_commuting_twists_multiplies():
     x = twists(0.7)
     np.testing.assert_allclose(se3.exp(x) @ se3.exp(2 * x), se3.exp(3 * x), atol=1e-13)
+
+
+@settings(max_examples=200, deadline=None)
+@given(st.lists(st.floats(-1, 1), min_size=6, max_size=6), st.floats(0, np.pi),
+       st.integers(-300, 200))
+def test_exp_undoes_log_for_any_axis_and_any_unit_of_length(parts, angle, exponent):
+    x = np.array(parts)
+    size = np.linalg.norm(x[:3])
+    if size > 1e-100:       # below, the direction itself would not survive the division
+        x[:3] *= angle / size
+    T = se3.exp(x * np.repeat([1.0, 10.0 ** exponent], 3))
+    back = se3.exp(se3.log(T))
+    np.testing.assert_allclose(back[:3, :3], T[:3, :3], rtol=0, atol=1e-13)
+    p = T[:3, 3]
+    np.testing.assert_allclose(back[:3, 3], p, rtol=0, atol=1e-12 * np.abs(p).max())
 
 
 def test_results_are_rigid_displacements():
