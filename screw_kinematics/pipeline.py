@@ -244,6 +244,12 @@ class RobotPipeline:
                     out[column] = value
         return out
 
+    def doubts(self) -> list[str]:
+        """Return what the estimators find odd about the samples."""
+        return [doubt for group, motion in self._motions.items()
+                if motion.estimator is not None
+                for doubt in motion.estimator.doubts(self._joints.names_of(group))]
+
     def estimators(self) -> list[Any]:
         """Return the estimators at work."""
         return [m.estimator for m in self._motions.values() if m.estimator is not None]

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import partial
 from typing import Any
 
@@ -136,8 +137,9 @@ class MotionEstimator(GuardedEstimator):
             return np.zeros(self.n_joints, bool)
         return np.isfinite(ratio)
 
-    def doubts(self) -> list[str]:
-        """Return what is odd about the samples, as short sentences; joints by index."""
+    def doubts(self, joint_names: Sequence[str] | None = None) -> list[str]:
+        """Return what is odd about the samples, as short sentences; joints by name or index."""
+        names = range(self.n_joints) if joint_names is None else joint_names
         found = []
         trust = self._trust
         if trust is not None:
@@ -145,7 +147,7 @@ class MotionEstimator(GuardedEstimator):
                     ('late or wrong', trust.lagging & ~trust.idle), ('always zero', trust.idle),
                     ('merely differenced from position', trust.differenced & ~trust.idle)):
                 if joints.any():
-                    listed = ', '.join(str(i) for i in np.flatnonzero(joints))
+                    listed = ', '.join(str(names[i]) for i in np.flatnonzero(joints))
                     found.append(f'measured velocity is {what}: joints {listed}')
         if self._clock is not None and self._clock.regularised:
             found.append('stamps jitter: replaced by a regular clock')

@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -113,7 +113,7 @@ class GuardedEstimator(ABC):
         """Whether the measured velocity of each joint enters the estimate, shape (n_joints,)."""
         return np.zeros(self.n_joints, bool)
 
-    def doubts(self) -> list[str]:
+    def doubts(self, joint_names: Sequence[str] | None = None) -> list[str]:
         """Return what is odd about the samples, as short sentences."""
         return []
 

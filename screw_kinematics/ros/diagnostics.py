@@ -102,7 +102,7 @@ class Diagnostics:
                 round(age * 1e-9, 4) if account.outputs else 'none yet')
             values |= _estimation(robot)
             values |= robot.posture_report()
-            doubts = [d for e in pipeline.estimators() for d in e.doubts()]
+            doubts = pipeline.doubts()
             values['doubts'] = '; '.join(doubts)
 
         if robot.model_error:
@@ -121,10 +121,10 @@ class Diagnostics:
             level, message = ERROR, f'every message is refused: {_most_frequent(robot)}'
         elif new_faults > 0:
             level, message = WARN, f'{new_faults} messages refused: {_most_frequent(robot)}'
-        elif doubts:
-            level, message = WARN, doubts[0]
-        else:
-            level, message = OK, 'running' if robot.topics.wanted else 'ready; nobody listens'
+        else:   # doubts are no fault: the estimator has already acted on them
+            level = OK
+            message = '; '.join(['running', *doubts]) if robot.topics.wanted else (
+                'ready; nobody listens')
         return _status(node.get_name(), robot.name, level, message, values)
 
 
