@@ -19,8 +19,8 @@ LOCK_SAMPLES = 40
 PHASE_GAIN, PERIOD_GAIN = 0.02, 1e-4
 """Gains of the alpha-beta clock."""
 
-BLOCK = 8
-"""Samples judged together."""
+BLOCK, REST = 8, 0.02
+"""Samples judged together, and least time between judgements, s."""
 
 ADOPT, ABANDON = 0.4, 0.7
 """Ratio of noise with regular stamps to that with given stamps below/above which to change."""
@@ -55,6 +55,7 @@ class SamplingClock:
         self._strays = 0
         self._samples: deque[tuple[float, float, Array]] = deque(maxlen=BLOCK + 4)
         self._fresh = 0
+        self._judged = -math.inf
         self._blocks = 0
         self._noise = np.zeros(2)
 
@@ -71,8 +72,10 @@ class SamplingClock:
             return stamp
         self._samples.append((stamp, tick, position))
         self._fresh += 1
-        if self._fresh >= BLOCK and len(self._samples) == BLOCK + 4:
+        if self._fresh >= BLOCK and tick - self._judged >= REST and (
+                len(self._samples) == BLOCK + 4):
             self._fresh = 0
+            self._judged = tick
             self._judge()
         return tick if self.regularised else stamp
 

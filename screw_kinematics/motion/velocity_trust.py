@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections import deque
+from itertools import islice
 import math
 
 import numpy as np
@@ -32,8 +33,12 @@ CORRELATION_LIMIT = 0.25
 PAUSE = 0.1
 """A pause in the velocities after which old ones are forgotten, s."""
 
-BLOCK = 8
-"""Samples judged together."""
+BLOCK, BLOCK_TIME, LONGEST_BLOCK = 8, 0.02, 64
+"""Samples are judged together when there are `BLOCK`, and after the first blocks when these span
+`BLOCK_TIME` s too, or there are `LONGEST_BLOCK`."""
+
+FIRST_BLOCKS = 12
+"""The blocks from which the noise is first known."""
 
 CHANGE = 2.5
 """The ratio of variances is left as it is while the new one is within this factor."""
@@ -71,8 +76,9 @@ class VelocityTrust:
 
     def start(self) -> None:
         """Begin a run; what is known of the noise stays."""
-        self._samples: deque[tuple[float, Array, Array]] = deque(maxlen=BLOCK + 5)
+        self._samples: deque[tuple[float, Array, Array]] = deque(maxlen=LONGEST_BLOCK + 5)
         self._fresh = 0
+        self._judged = -math.inf
         self._integral = np.zeros(self.n_joints)
         self._bias_now = np.zeros(self.n_joints)
         self._blocks = 0
@@ -99,9 +105,14 @@ class VelocityTrust:
         velocity = velocity.copy()
         samples.append((stamp, position, velocity))
         self._fresh += 1
-        if self._fresh >= BLOCK and len(samples) == samples.maxlen:
-            self._judge()
-            self._fresh = 0
+        if self._fresh >= BLOCK and (
+                stamp - self._judged >= BLOCK_TIME or self._blocks < FIRST_BLOCKS
+                or self._fresh >= LONGEST_BLOCK):
+            fresh = min(self._fresh, len(samples) - 5)
+            if fresh >= BLOCK:
+                self._judge(fresh)
+                self._fresh = 0
+                self._judged = stamp
         ratio = self.ratio
         if ratio is None:
             return None, None
@@ -112,13 +123,16 @@ class VelocityTrust:
                 ratio = np.where(measured, ratio, np.inf)
         return velocity, ratio
 
-    def _judge(self) -> None:
-        stamps, positions, velocities = zip(*self._samples)
+    def _judge(self, fresh: int) -> None:
+        """Judge the latest samples; those before them serve as neighbours."""
+        samples = self._samples
+        stamps, positions, velocities = zip(
+            *islice(samples, len(samples) - fresh - 5, None))
         t, q, v = np.array(stamps), np.array(positions), np.array(velocities)
         q -= q[-1]
         self._moved = self._moved | (v != 0.0).any(axis=0)
         self._measure_noise(t, q, v)
-        self._measure_bias(t[-BLOCK - 3:], q[-BLOCK - 3:], v[-BLOCK - 3:])
+        self._measure_bias(t[2:], q[2:], v[2:])
         self._blocks += 1
         ratio = self._weigh((t[-1] - t[0]) / (len(t) - 1))
         if not np.isfinite(ratio).any():
@@ -138,7 +152,7 @@ class VelocityTrust:
         good = (dq != 0.0) & np.isfinite(dv)
         count = good.sum(axis=0)
         self._windows = self._windows + count
-        span = (t[-1] - t[-1 - BLOCK]) if len(t) > BLOCK else t[-1] - t[0]
+        span = t[-1] - t[3]
         gain = np.maximum(1 - math.exp(-span / NOISE_MEMORY), count / np.maximum(self._windows, 1))
         gain = np.where(count > 0, gain, 0.0)
         dq, du, dv = (np.where(good, d, 0.0) for d in (dq, du, dv))
