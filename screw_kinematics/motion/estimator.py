@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from functools import partial
 from typing import Any
 
@@ -139,7 +139,7 @@ class MotionEstimator(GuardedEstimator):
 
     def doubts(self, joint_names: Sequence[str] | None = None) -> list[str]:
         """Return what is odd about the samples, as short sentences; joints by name or index."""
-        names = range(self.n_joints) if joint_names is None else joint_names
+        names: Iterable[object] = range(self.n_joints) if joint_names is None else joint_names
         found = []
         trust = self._trust
         if trust is not None:
@@ -147,7 +147,7 @@ class MotionEstimator(GuardedEstimator):
                     ('late or wrong', trust.lagging & ~trust.idle), ('always zero', trust.idle),
                     ('merely differenced from position', trust.differenced & ~trust.idle)):
                 if joints.any():
-                    listed = ', '.join(str(names[i]) for i in np.flatnonzero(joints))
+                    listed = ', '.join(str(name) for name, odd in zip(names, joints) if odd)
                     found.append(f'measured velocity is {what}: joints {listed}')
         if self._clock is not None and self._clock.regularised:
             found.append('stamps jitter: replaced by a regular clock')
