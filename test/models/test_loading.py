@@ -47,6 +47,18 @@ def test_packages_are_found_in_workspaces(tmp_path, monkeypatch):
         models.load('package://my_robot/x.yaml')
 
 
+def test_a_workspace_comes_before_all_else(tmp_path, monkeypatch):
+    marker = tmp_path / 'share/ament_index/resource_index/packages/screw_kinematics'
+    folder = tmp_path / 'share/screw_kinematics/config/robots'
+    marker.parent.mkdir(parents=True)
+    folder.mkdir(parents=True)
+    marker.touch()
+    (folder / 'rpr.yaml').write_text('name: mine\n' + ARM)
+    monkeypatch.setenv('AMENT_PREFIX_PATH', str(tmp_path))
+    assert models.load('package://screw_kinematics/config/robots/rpr.yaml').name == 'mine'
+    assert models.load('package://screw_kinematics/config/robots/panda.yaml').name == 'panda'
+
+
 @pytest.mark.parametrize('robot', ['puma560', 'rpr', 'panda'])
 def test_own_robots_need_no_ros(robot, monkeypatch):
     monkeypatch.delenv('AMENT_PREFIX_PATH', raising=False)

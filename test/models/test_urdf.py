@@ -87,6 +87,22 @@ def test_declared_encodings_are_heeded():
     assert models.load_urdf(text.encode('latin-1')).joint_names == ('Öl',)
 
 
+def test_the_first_of_repeated_parts_holds():
+    """As other readers of URDF have it."""
+    text = robot('a b', joint('j', 'a', 'b', parts='<axis xyz="0 1 0"/><axis xyz="1 0 0"/>'))
+    assert models.load_urdf(text).joints[0].axis.tolist() == [0, 1, 0]
+
+
+def test_lines_of_followers_are_bounded():
+    def line(count):
+        return robot(' '.join(f'l{i}' for i in range(count + 2)),
+                     *(joint(f'j{i}', 'l0', f'l{i + 1}', parts=f'<mimic joint="j{i + 1}"/>')
+                       for i in range(count)), joint(f'j{count}', 'l0', f'l{count + 1}'))
+    assert models.load_urdf(line(50), tip_frame='l1').joint_names == ('j50',)
+    with pytest.raises(ModelError, match="joint 'j0': mimic: got .*; allowed: a line of at most"):
+        models.load_urdf(line(51), tip_frame='l1')
+
+
 @pytest.mark.parametrize('before', ['', '\n  ', '\ufeff'])
 def test_declarations_may_come_after_blanks(before):
     text = before + '<?xml version="1.0"?>' + TWO
