@@ -77,10 +77,6 @@ def stream(module_context, tmp_path_factory):
             rig.wait(refused)
             report['bad'] = rig.status('hexapod')
             again = next(stamps)
-            send(again, bad)
-                rig.spin(0.02)
-            report['bad'] = rig.status('hexapod')
-            again += PERIOD
             send(again, simulated.legs(again * 1e-9)[0])
             rig.wait(lambda: all(stamp_ns(m[-1]) == again for m in received.values()))
             yield {name: [m for m in messages if stamp_ns(m) >= START]
