@@ -3,11 +3,11 @@
 """What can be set: each parameter's default, meaning, and allowed values."""
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
-import re
 from typing import Any
 
+from . import checks
 from .executor import EXECUTORS
 from ..errors import ParameterError
 from ..motion import ESTIMATORS
@@ -16,8 +16,6 @@ from ..motion.group_motion import MotionSettings, VELOCITY_SOURCES
 OUTPUTS = ('pose', 'twist', 'accel', 'reduced_accel', 'jerk', 'snap', 'velocity',
            'twist_with_covariance', 'accel_with_covariance', 'markers',
            'passive_joint_states')
-
-Check = Callable[[Any], Any]
 
 
 @dataclass(frozen=True)
@@ -46,7 +44,7 @@ class Setting:
     default: Any
     text: str
     allowed: str
-    check: Check
+    check: checks.Check
     fixed: str = ''
     span: tuple[float, float] | None = None
 
@@ -58,134 +56,55 @@ class Setting:
             raise ParameterError(prefix + self.name, value, self.allowed) from None
 
 
-def _boolean(value: Any) -> bool:
-    if not isinstance(value, bool):
-        raise ValueError
-    return value
-
-
-def _text(value: Any) -> str:
-    if not isinstance(value, str):
-        raise ValueError
-    return value
-
-
-def _nonempty(value: Any) -> str:
-    if not _text(value).strip():
-        raise ValueError
-    return str(value)
-
-
-def _number(low: float, high: float) -> Check:
-    def check(value: Any) -> float:
-        if isinstance(value, bool) or not isinstance(value, (int, float)):
-            raise ValueError
-        if not low <= value <= high:    # refuses NaN too
-            raise ValueError
-        return float(value)
-    return check
-
-
-def _one_of(*choices: str) -> Check:
-    def check(value: Any) -> str:
-        if value not in choices:
-            raise ValueError
-        return str(value)
-    return check
-
-
-def _names(value: Any) -> tuple[str, ...]:
-    # An empty list has no type in ROS 2, so the default is a list of one empty string.
-    names = tuple(name for name in _strings(value) if name)
-    if len(set(names)) < len(names) or not all(
-            re.fullmatch('[A-Za-z][A-Za-z0-9_]*', name) for name in names):
-        raise ValueError
-    return names
-
-
-def _outputs(value: Any) -> tuple[str, ...]:
-    names = _strings(value)
-    if not names or not set(names) <= set(OUTPUTS):
-        raise ValueError
-    return tuple(name for name in OUTPUTS if name in names)
-
-
-def _strings(value: Any) -> tuple[str, ...]:
-    if isinstance(value, (str, bytes)) or not all(isinstance(v, str) for v in _items(value)):
-        raise ValueError
-    return tuple(value)
-
-
-def _topics(value: Any) -> tuple[str, ...]:
-    topics = (value,) if isinstance(value, str) else _strings(value)
-    if not topics or not all(topic.strip() for topic in topics):
-        raise ValueError
-    return tuple(dict.fromkeys(topics))
-
-
-def _offset(value: Any) -> tuple[float, ...]:
-    number = _number(-1e6, 1e6)
-    numbers = tuple(number(v) for v in _items(value))
-    if len(numbers) != 6:
-        raise ValueError
-    return numbers
-
-
-def _items(value: Any) -> list[Any]:
-    try:
-        return list(value)
-    except TypeError:
-        raise ValueError from None
-
-
 def _choice(name: str, default: str, text: str, choices: tuple[str, ...]) -> Setting:
-    return Setting(name, default, text, f'one of {", ".join(choices)}', _one_of(*choices))
+    return Setting(name, default, text, f'one of {", ".join(choices)}', checks.one_of(*choices))
 
 
 def _quantity(name: str, default: float, text: str, low: float, high: float) -> Setting:
     return Setting(name, default, text, f'a number from {low:g} to {high:g}',
-                   _number(low, high), span=(low, high))
+                   checks.number(low, high), span=(low, high))
 
 
 NODE = (
     Setting('robots', [''], 'Names of the robots; the parameters of each begin with its name.',
             'different names of letters, digits and underscores, beginning with a letter',
-            _names, 'configured'),
+            checks.robot_names, 'configured'),
     _quantity('diagnostics_rate', 1.0, 'Rate of the messages on /diagnostics [Hz]; 0: none.',
               0.0, 100.0),
     Setting('autostart', True,
             'Configure and activate at once; false: a lifecycle manager does it.',
-            'true or false', _boolean, 'started'),
+            'true or false', checks.boolean, 'started'),
     Setting('executor', 'events',
             "ROS's events executor where it exists, or its default, single-threaded one.",
-            f'one of {", ".join(EXECUTORS)}', _one_of(*EXECUTORS), 'started'),
+            f'one of {", ".join(EXECUTORS)}', checks.one_of(*EXECUTORS), 'started'),
     Setting('allow_remote_parameters', True,
             'Offer the parameter services; false: parameters come from files and arguments only.',
-            'true or false', _boolean, 'started'),
+            'true or false', checks.boolean, 'started'),
 )
 
 ROBOT = (
     Setting('description', '',
             'Where the model is: package:// or file:// URI, path (.yaml, .urdf, .xacro), or URDF '
             'text itself; empty: taken from description_topic.',
-            'a string', _text, 'configured'),
+            'a string', checks.text, 'configured'),
     Setting('description_topic', 'robot_description',
             'Topic of the URDF (std_msgs/String, transient local), used if description is empty.',
-            'a topic name', _nonempty, 'configured'),
+            'a topic name', checks.nonempty, 'configured'),
     Setting('base_frame', '', 'Frame the motion is relative to; empty: root link of the model.',
-            'a frame of the model', _text),
+            'a frame of the model', checks.text),
     Setting('tip_frame', '',
             'Frame whose motion is published; empty: the only end of the model.',
-            'a frame of the model', _text),
+            'a frame of the model', checks.text),
     Setting('tool_offset', [0.0] * 6,
             'Pose of the tool in the tip frame: x y z [m], roll pitch yaw [rad].',
-            'six finite numbers', _offset),
-    Setting('frame_prefix', '', 'Put before the frame names in messages.', 'a string', _text),
+            'six finite numbers', checks.offset),
+    Setting('frame_prefix', '', 'Put before the frame names in messages.',
+            'a string', checks.text),
     Setting('joint_states_topic', 'joint_states',
             'Topic of the joint samples, or a list of topics if the joints come on several.',
-            'a topic name or a list of them', _topics, 'configured'),
+            'a topic name or a list of them', checks.topics, 'configured'),
     Setting('outputs', ['twist', 'accel'], 'What is published, each on <robot>/<output>.',
-            f'a list of {", ".join(OUTPUTS)}', _outputs),
+            f'a list of {", ".join(OUTPUTS)}', checks.some_of(*OUTPUTS)),
     _choice('expressed_in', 'base', 'Axes of the published vectors, and their frame_id.',
             ('base', 'tip')),
     _choice('reference_point', 'tip',
