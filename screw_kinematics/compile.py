@@ -14,7 +14,8 @@ from .inward import tip_motion
 from .program import Program
 from .se3 import Array, rotate
 from .states import reduced_from_classical
-from .trace import Graph, straight_line, StraightLine
+from .straight_line import StraightLine
+from .trace import Graph, straight_line
 
 if TYPE_CHECKING:
     from .chain import SerialChain

@@ -11,7 +11,7 @@ import numpy as np
 from .backends import make_backend
 from .errors import InvalidValueError, ShapeError
 from .se3 import Array
-from .trace import StraightLine
+from .straight_line import StraightLine
 
 DERIVATIVES = ('q', 'qd', 'qdd', 'qddd', 'qdddd')
 
@@ -50,6 +50,12 @@ class Program:
         after the other.
     backend : str
         'python' or 'numba'.
+    workspace : array, shape (inputs + size of all outputs,)
+        Inputs, and behind them outputs, of ``run()``. With Numba this is the shortest
+        way, as nothing is converted. One thread at a time, which holds for ``evaluate``
+        with Numba too.
+    run : callable
+        Computes the outputs in the workspace from the inputs in it.
 
     """
 
@@ -72,6 +78,8 @@ class Program:
         self._backend = make_backend(backend, line, self.input_names)
         self.backend = self._backend.name
         self.evaluate = self._backend.evaluate
+        self.workspace = self._backend.workspace
+        self.run = self._backend.run
 
     def __repr__(self) -> str:
         return (f'Program({", ".join(self.outputs)}; {self.dof} joints, axes of the '
@@ -95,7 +103,7 @@ class Program:
         flat = np.array(self.evaluate(np.concatenate(parts).tolist()))
         return {name: flat[part] for name, part in self.slices.items()}
 
-    def batch(self, *motion: Any) -> dict[str, Array]:
+    def batch(self, *motion: Any, out: Array | None = None) -> dict[str, Array]:
         """
         Return the outputs for many samples.
 
@@ -103,14 +111,25 @@ class Program:
         ----------
         *motion : array, shape (N, dof)
             q and its derivatives up to at least ``order``.
+        out : array, shape (N, size of all outputs), optional
+            Where the results go; contiguous, float. New memory costs about as much time
+            as the computation.
 
         Returns
         -------
         dict from str to array, shape (N, size of the output)
-            Views of one array.
+            Views of ``out``.
 
         """
-        results = self._backend.batch(self._checked(motion, 2))
+        parts = self._checked(motion, 2)
+        shape = (len(parts[0]), len(self.line.outputs))
+        results = np.empty(shape) if out is None else out
+        if results.shape != shape:
+            raise ShapeError('out', f'{shape}', results.shape)
+        if results.dtype != float or not results.flags.c_contiguous:
+            raise InvalidValueError('out must be a contiguous array of float64, got '
+                                    f'{results.dtype}, strides {results.strides}')
+        self._backend.batch(parts, results)
         return {name: results[:, part] for name, part in self.slices.items()}
 
     def warm_up(self) -> None:

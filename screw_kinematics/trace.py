@@ -14,72 +14,16 @@ language.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 from numbers import Real
-from typing import Any, NamedTuple, Union
+from typing import Any, Union
 
 import numpy as np
 
 from .se3 import Array
+from .straight_line import Operation, StraightLine
 
 SNAP = 1e-15
 """Constants this close to -1, 0 or 1 are these: rounding of cosines of right angles."""
-
-
-class Operation(NamedTuple):
-    """
-    One operation; an int operand is a value's index, a float a constant.
-
-    ``kind`` is one of 'add', 'sub', 'mul', 'div', 'neg', 'sin', 'cos', 'sqrt'; the last
-    four have no right operand.
-    """
-
-    kind: str
-    left: Union[int, float]
-    right: Union[int, float, None] = None
-
-    @property
-    def operands(self) -> tuple[int, ...]:
-        """Return the indices of the values this operation reads."""
-        return tuple(x for x in (self.left, self.right) if isinstance(x, int))
-
-
-@dataclass(frozen=True)
-class StraightLine:
-    """
-    A program without branches.
-
-    Values are numbered: first the inputs, then the result of each operation in order.
-
-    Parameters
-    ----------
-    n_inputs : int
-    operations : tuple of Operation
-        Every operation reads inputs and results of earlier operations only.
-    outputs : tuple of int or float
-        Index of the value, or a constant.
-
-    """
-
-    n_inputs: int
-    operations: tuple[Operation, ...]
-    outputs: tuple[Union[int, float], ...]
-
-    def count(self) -> dict[str, int]:
-        """Return how many operations there are of each kind."""
-        kinds = [operation.kind for operation in self.operations]
-        return {kind: kinds.count(kind) for kind in sorted(set(kinds))}
-
-    def uses(self) -> list[int]:
-        """Return how often each value is read, outputs included."""
-        uses = [0] * (self.n_inputs + len(self.operations))
-        for operation in self.operations:
-            for index in operation.operands:
-                uses[index] += 1
-        for output in self.outputs:
-            if isinstance(output, int):
-                uses[output] += 1
-        return uses
 
 
 class Graph:

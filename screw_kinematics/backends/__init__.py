@@ -4,13 +4,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from importlib.util import find_spec
 from typing import Protocol
 
+import numpy as np
+
 from .numpy_blocks import NumpyBlocks
-from .plain import Evaluate, python_function
-from ..errors import UnknownNameError
+from .plain import python_function
+from ..errors import MissingExtraError, UnknownNameError
 from ..se3 import Array
-from ..trace import StraightLine
+from ..straight_line import StraightLine
 
 BACKENDS = ('auto', 'python', 'numba')
 
@@ -19,10 +22,16 @@ class Backend(Protocol):
     """What runs a program: one sample, and many."""
 
     name: str
-    evaluate: Evaluate
+    workspace: Array
 
-    def batch(self, inputs: Sequence[Array]) -> Array:
-        """Return the outputs, shape (N, n_outputs), of inputs of shape (N, ...)."""
+    def evaluate(self, values: Sequence[float], /) -> Sequence[float]:
+        """Return the outputs of one sample, flat."""
+
+    def run(self) -> None:
+        """Compute the outputs in the workspace from the inputs in it."""
+
+    def batch(self, inputs: Sequence[Array], results: Array) -> None:
+        """Write the outputs, shape (N, n_outputs), of inputs of shape (N, ...)."""
 
     def warm_up(self) -> None:
         """Do now what would otherwise be done on the first call."""
@@ -37,12 +46,18 @@ class PythonBackend:
         self._line = line
         self._blocks: NumpyBlocks | None = None
         self.evaluate = python_function(line, input_names)
+        self.workspace = np.zeros(line.n_inputs + len(line.outputs))
 
-    def batch(self, inputs: Sequence[Array]) -> Array:
-        """Return the outputs, shape (N, n_outputs), of inputs of shape (N, ...)."""
+    def run(self) -> None:
+        """Compute the outputs in the workspace from the inputs in it."""
+        n = self._line.n_inputs
+        self.workspace[n:] = self.evaluate(self.workspace[:n].tolist())
+
+    def batch(self, inputs: Sequence[Array], results: Array) -> None:
+        """Write the outputs, shape (N, n_outputs), of inputs of shape (N, ...)."""
         if self._blocks is None:
             self._blocks = NumpyBlocks(self._line)
-        return self._blocks(inputs)
+        self._blocks(inputs, results)
 
     def warm_up(self) -> None:
         """Do nothing: there is nothing to compile."""
@@ -62,4 +77,9 @@ def make_backend(name: str, line: StraightLine, input_names: Sequence[str]) -> B
     """
     if name not in BACKENDS:
         raise UnknownNameError('backend', name, BACKENDS)
-    return PythonBackend(line, input_names)
+    if name == 'python' or name == 'auto' and find_spec('numba') is None:
+        return PythonBackend(line, input_names)
+    if find_spec('numba') is None:
+        raise MissingExtraError('numba', 'fast', "the backend 'numba'")
+    from .numba_jit import NumbaBackend
+    return NumbaBackend(line, input_names)

@@ -15,7 +15,7 @@ from typing import Union
 import numpy as np
 
 from ..se3 import Array
-from ..trace import StraightLine
+from ..straight_line import StraightLine
 
 BLOCK = 2000
 """Samples in a block."""
@@ -90,23 +90,20 @@ class NumpyBlocks:
         self._n_outputs = len(line.outputs)
         self._n_rows = n_rows
 
-    def __call__(self, inputs: Sequence[Array]) -> Array:
+    def __call__(self, inputs: Sequence[Array], results: Array) -> None:
         """
-        Return the outputs of all samples.
+        Write the outputs of all samples.
 
         Parameters
         ----------
         inputs : sequence of array, shape (N, n)
             The inputs, in one or several arrays.
-
-        Returns
-        -------
-        array, shape (N, number of outputs)
+        results : array, shape (N, number of outputs)
+            The outputs.
 
         """
         n_samples = len(inputs[0])
         widths = [part.shape[1] for part in inputs]
-        results = np.empty((n_samples, self._n_outputs))
         length = min(BLOCK, n_samples)
         columns = np.empty((sum(widths), length))
         outputs = np.empty((self._n_outputs, length))
@@ -121,4 +118,3 @@ class NumpyBlocks:
                     columns[first:last, :n] = part[start:stop].T
                 self._block(columns[:, :n], outputs[:, :n], rows[:, :n])
                 results[start:stop] = outputs[:, :n].T
-        return results

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 import math
 
 from .statements import assignments
-from ..trace import StraightLine
+from ..straight_line import StraightLine
 
 Evaluate = Callable[[Sequence[float]], Sequence[float]]
 

@@ -13,7 +13,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple, Union
 
-from ..trace import StraightLine
+from ..straight_line import StraightLine
 
 MAX_DEPTH = 30
 """Nesting of an expression; Python's parser allows about 90 levels, C compilers 63."""

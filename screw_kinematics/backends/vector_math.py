@@ -1,0 +1,127 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""
+Sine and cosine, and the transposition of blocks, in forms that LLVM vectorises.
+
+Imported where Numba is installed. The compiler cannot vectorise calls of the C library's
+sine; the formulas below are branch-free, so that one instruction works on as many samples
+as the processor's registers hold.
+
+References
+----------
+The polynomials and the split of pi/2 are those of FreeBSD's ``k_sin.c``, ``k_cos.c`` and
+``e_rem_pio2.c`` (Copyright 1993 Sun Microsystems, Inc., freely redistributable).
+
+"""
+from __future__ import annotations
+
+from typing import Any
+
+from llvmlite import ir
+from numba import njit, types
+from numba.extending import intrinsic
+
+LARGEST_ANGLE = 1e5
+"""Beyond it the reduction by multiples of pi/2 loses accuracy [rad]."""
+
+TILE = 4
+"""Rows and columns that are transposed at once."""
+
+# Adding and subtracting 1.5 * 2^52 rounds to the nearest integer.
+_ROUND = 6755399441055744.0
+
+
+@njit(inline='always')
+def sincos(x: float) -> tuple[float, float]:
+    """
+    Return sine and cosine of an angle of at most ``LARGEST_ANGLE``.
+
+    The error is below one unit in the last place of 1.
+
+    Parameters
+    ----------
+    x : float
+        Angle [rad].
+
+    """
+    quarters = (x * 0.6366197723675814 + _ROUND) - _ROUND
+    # pi/2 in three parts of 33 bits: the first two products are exact.
+    r = ((x - quarters * 1.57079632673412561417e+00)
+         - quarters * 6.07710050630396597660e-11) - quarters * 2.02226624879595063154e-21
+    z = r * r
+    s = r + r * z * (-1.66666666666666324348e-01 + z * (
+        8.33333333332248946124e-03 + z * (-1.98412698298579493134e-04 + z * (
+            2.75573137070700676789e-06 + z * (
+                -2.50507602534068634195e-08 + z * 1.58969099521155010221e-10)))))
+    most = 1.0 - 0.5 * z
+    c = most + (((1.0 - most) - 0.5 * z) + z * z * (4.16666666666666019037e-02 + z * (
+        -1.38888888888741095749e-03 + z * (2.48015872894767294178e-05 + z * (
+            -2.75573143513906633035e-07 + z * (
+                2.08757232129817482790e-09 - z * 1.13596475577881948265e-11))))))
+    quadrant = quarters - 4.0 * ((((quarters - 1.5) * 0.25) + _ROUND) - _ROUND)
+    odd = quadrant == 1.0 or quadrant == 3.0
+    sine, cosine = (c, s) if odd else (s, c)
+    if quadrant >= 2.0:
+        sine = -sine
+    if quadrant == 1.0 or quadrant == 2.0:
+        cosine = -cosine
+    return sine, cosine
+
+
+@intrinsic    # type: ignore[misc]
+def _transpose_tile(typing_context: Any, target: Any, target_start: Any, target_step: Any,
+                    source: Any, source_start: Any, source_step: Any) -> Any:
+    """Transpose TILE x TILE numbers: vector loads, shuffles, vector stores."""
+    signature = types.void(target, types.intp, types.intp, source, types.intp, types.intp)
+
+    def generate(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
+        vector = ir.VectorType(ir.DoubleType(), TILE)
+        mask = ir.VectorType(ir.IntType(32), TILE)
+
+        def row(array: int, k: int) -> Any:
+            data = context.make_array(sig.args[array])(context, builder, arguments[array]).data
+            start, step = arguments[array + 1], arguments[array + 2]
+            offset = builder.add(start, builder.mul(step, ir.Constant(step.type, k)))
+            return builder.bitcast(builder.gep(data, [offset]), vector.as_pointer())
+
+        rows = [builder.load(row(3, k), align=8) for k in range(TILE)]
+        half = TILE // 2
+        while half:
+            # Exchange the off-diagonal quarters of all blocks of twice this size.
+            low = [x if not x & half else TILE + x - half for x in range(TILE)]
+            high = [x + half if not x & half else TILE + x for x in range(TILE)]
+            for k in range(TILE):
+                if not k & half:
+                    a, b = rows[k], rows[k + half]
+                    rows[k] = builder.shuffle_vector(a, b, ir.Constant(mask, low))
+                    rows[k + half] = builder.shuffle_vector(a, b, ir.Constant(mask, high))
+            half //= 2
+        for k in range(TILE):
+            builder.store(rows[k], row(0, k), align=8)
+        return context.get_dummy_value()
+
+    return signature, generate
+
+
+@njit
+def transpose(target: Any, target_start: int, target_step: int, source: Any,
+              source_start: int, source_step: int, rows: int, columns: int) -> None:
+    """
+    Write the transposed of a matrix within one flat array into another flat array.
+
+    Entry (r, c) of the source is at ``source_start + r * source_step + c``, and goes to
+    ``target_start + c * target_step + r``.
+    """
+    if rows < TILE or columns < TILE:
+        for r in range(rows):
+            for c in range(columns):
+                target[target_start + c * target_step + r] = \
+                    source[source_start + r * source_step + c]
+        return
+    for r in range(0, rows, TILE):
+        # The last tiles overlap those before them when the size is no multiple.
+        r = min(r, rows - TILE)
+        for c in range(0, columns, TILE):
+            c = min(c, columns - TILE)
+            _transpose_tile(target, target_start + c * target_step + r, target_step,
+                            source, source_start + r * source_step + c, source_step)
