@@ -122,19 +122,25 @@ class Program:
 
         """
         parts = self._checked(motion, 2)
-        shape = (len(parts[0]), len(self.line.outputs))
-        results = np.empty(shape) if out is None else out
-        if results.shape != shape:
-            raise ShapeError('out', f'{shape}', results.shape)
-        if results.dtype != float or not results.flags.c_contiguous:
-            raise InvalidValueError('out must be a contiguous array of float64, got '
-                                    f'{results.dtype}, strides {results.strides}')
+        results = self._results(len(parts[0]), out)
         self._backend.batch(parts, results)
         return {name: results[:, part] for name, part in self.slices.items()}
 
     def warm_up(self) -> None:
         """Compile now what would otherwise be compiled on the first call."""
         self._backend.warm_up()
+
+    def _results(self, n_samples: int, out: Array | None) -> Array:
+        """Return the array that the results of a batch go to."""
+        shape = (n_samples, len(self.line.outputs))
+        if out is None:
+            return np.empty(shape)
+        if out.shape != shape:
+            raise ShapeError('out', f'{shape}', out.shape)
+        if out.dtype != float or not out.flags.c_contiguous:
+            raise InvalidValueError('out must be a contiguous array of float64, got '
+                                    f'{out.dtype}, strides {out.strides}')
+        return out
 
     def _checked(self, motion: Sequence[Any], ndim: int) -> list[Array]:
         needed = DERIVATIVES[:self.order + 1]

@@ -68,7 +68,7 @@ def sincos(x: float) -> tuple[float, float]:
     return sine, cosine
 
 
-@intrinsic    # type: ignore[misc]
+@intrinsic
 def _transpose_tile(typing_context: Any, target: Any, target_start: Any, target_step: Any,
                     source: Any, source_start: Any, source_step: Any) -> Any:
     """Transpose TILE x TILE numbers: vector loads, shuffles, vector stores."""
@@ -123,5 +123,6 @@ def transpose(target: Any, target_start: int, target_step: int, source: Any,
         r = min(r, rows - TILE)
         for c in range(0, columns, TILE):
             c = min(c, columns - TILE)
-            _transpose_tile(target, target_start + c * target_step + r, target_step,
-                            source, source_start + r * source_step + c, source_step)
+            _transpose_tile(    # type: ignore[call-arg]
+                target, target_start + c * target_step + r, target_step,
+                source, source_start + r * source_step + c, source_step)

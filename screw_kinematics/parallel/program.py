@@ -70,6 +70,8 @@ class ParallelProgram(Program):
         self._closed = manipulator.closure_tolerance
         self._convert = self._backend.evaluate
         self.evaluate = self._evaluate
+        self.workspace = np.zeros(self.inputs + len(self.line.outputs))
+        self.run = self._run
         self.reset()
 
     def reset(self) -> None:
@@ -99,7 +101,7 @@ class ParallelProgram(Program):
                 'Newton steps': posture.iterations,
                 'limbs in another working mode': int((posture.working_mode < 0).sum())}
 
-    def batch(self, *motion: Any) -> dict[str, Array]:
+    def batch(self, *motion: Any, out: Array | None = None) -> dict[str, Array]:
         """
         Return the outputs for many samples, each found from the one before.
 
@@ -107,6 +109,8 @@ class ParallelProgram(Program):
         ----------
         *motion : array, shape (N, dof)
             q and its derivatives up to at least ``order``.
+        out : array, shape (N, size of all outputs), optional
+            Where the results go.
 
         Returns
         -------
@@ -114,14 +118,19 @@ class ParallelProgram(Program):
 
         """
         samples = np.concatenate(self._checked(motion, 2), axis=1)
-        size = sum(part.stop - part.start for part in self.slices.values())
-        results = np.array([self.evaluate(row) for row in samples.tolist()]).reshape(-1, size)
+        results = self._results(len(samples), out)
+        for k, row in enumerate(samples.tolist()):
+            results[k] = self.evaluate(row)
         return {name: results[:, part] for name, part in self.slices.items()}
 
     def warm_up(self) -> None:
         """Compile now what would otherwise be compiled on the first call."""
         self._limbs.warm_up(self.order)
         super().warm_up()
+
+    def _run(self) -> None:
+        n = self.inputs
+        self.workspace[n:] = self.evaluate(self.workspace[:n].tolist())
 
     def _evaluate(self, values: Sequence[float]) -> Sequence[float]:
         motion = np.array(values, dtype=float).reshape(-1, self.dof)
