@@ -49,7 +49,7 @@ def stream(module_context, tmp_path_factory):
             def send(stamp, positions):
                 publisher.publish(joint_state(simulated.LEGS, stamp, positions))
 
-            before = itertools.count(START - 100_000 * PERIOD, PERIOD)
+            before = itertools.count(START - 20_000 * PERIOD, PERIOD)
 
             def answered():     # the program is made in the background
                 stamp = next(before)
