@@ -4,13 +4,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from importlib import import_module
 from typing import Any, NamedTuple
-
-from geometry_msgs.msg import (
-    AccelStamped, AccelWithCovarianceStamped, PoseStamped, TwistStamped,
-    TwistWithCovarianceStamped, VelocityStamped)
-from sensor_msgs.msg import JointState
-from visualization_msgs.msg import MarkerArray
 
 from .encoders import (
     AccelEncoder, PoseEncoder, TwistEncoder, TwistWithCovarianceEncoder, VelocityEncoder)
@@ -29,8 +24,8 @@ class OutputKind(NamedTuple):
 
     Attributes
     ----------
-    message : type
-        ROS message type.
+    type_name : str
+        Name of the ROS message type; recorded bags are read without ROS.
     needs : tuple of str
         Outputs of the compiled program it is made from.
     derivative : int
@@ -38,25 +33,33 @@ class OutputKind(NamedTuple):
 
     """
 
-    message: Any
+    type_name: str
     needs: tuple[str, ...]
     derivative: int = 0
 
+    @property
+    def message(self) -> Any:
+        """Return the ROS message type."""
+        package, folder, name = self.type_name.split('/')
+        return getattr(import_module(f'{package}.{folder}'), name)
+
 
 KINDS = {
-    'pose': OutputKind(PoseStamped, ('pose',)),
-    'twist': OutputKind(TwistStamped, ('twist',)),
-    'accel': OutputKind(AccelStamped, ('accel',)),
-    'reduced_accel': OutputKind(AccelStamped, ('reduced_accel',)),
-    'jerk': OutputKind(AccelStamped, ('jerk',)),
-    'snap': OutputKind(AccelStamped, ('snap',)),
-    'velocity': OutputKind(VelocityStamped, ('twist',)),
+    'pose': OutputKind('geometry_msgs/msg/PoseStamped', ('pose',)),
+    'twist': OutputKind('geometry_msgs/msg/TwistStamped', ('twist',)),
+    'accel': OutputKind('geometry_msgs/msg/AccelStamped', ('accel',)),
+    'reduced_accel': OutputKind('geometry_msgs/msg/AccelStamped', ('reduced_accel',)),
+    'jerk': OutputKind('geometry_msgs/msg/AccelStamped', ('jerk',)),
+    'snap': OutputKind('geometry_msgs/msg/AccelStamped', ('snap',)),
+    'velocity': OutputKind('geometry_msgs/msg/VelocityStamped', ('twist',)),
     'twist_with_covariance': OutputKind(
-        TwistWithCovarianceStamped, ('twist', 'jacobian'), derivative=1),
+        'geometry_msgs/msg/TwistWithCovarianceStamped', ('twist', 'jacobian'), derivative=1),
     'accel_with_covariance': OutputKind(
-        AccelWithCovarianceStamped, ('accel', 'jacobian'), derivative=2),
-    'markers': OutputKind(MarkerArray, ('pose', 'twist', 'reduced_accel')),
-    'passive_joint_states': OutputKind(JointState, ('passive_position', 'passive_velocity')),
+        'geometry_msgs/msg/AccelWithCovarianceStamped', ('accel', 'jacobian'), derivative=2),
+    'markers': OutputKind('visualization_msgs/msg/MarkerArray',
+                          ('pose', 'twist', 'reduced_accel')),
+    'passive_joint_states': OutputKind('sensor_msgs/msg/JointState',
+                                       ('passive_position', 'passive_velocity')),
 }
 
 
@@ -100,9 +103,9 @@ def make_send(output: str, publish: Callable[[bytes], None], slices: Slices, fra
         return _send_with_covariance(
             publish, at, slices['jacobian'], kind.derivative, variances,
             TwistWithCovarianceEncoder(frames.axes).encode)
-    if kind.message is TwistStamped:
+    if kind.type_name.endswith('/TwistStamped'):
         encode = TwistEncoder(frames.axes).encode
-    elif kind.message is AccelStamped:
+    elif kind.type_name.endswith('/AccelStamped'):
         encode = AccelEncoder(frames.axes).encode
     else:
         encode = VelocityEncoder(frames.axes, frames.tip, frames.base).encode
@@ -112,11 +115,11 @@ def make_send(output: str, publish: Callable[[bytes], None], slices: Slices, fra
     return send
 
 
-def send_joint_states(publish: Callable[[JointState], None], slices: Slices,
+def send_joint_states(publish: Callable[[Any], None], slices: Slices,
                       joint_names: Sequence[str]) -> Send:
     """Return the function that publishes the passive joints from the program's values."""
     position, velocity = (slices[need] for need in KINDS['passive_joint_states'].needs)
-    message = JointState(name=list(joint_names))
+    message = KINDS['passive_joint_states'].message(name=list(joint_names))
 
     def send(stamp_ns: int, values: Values) -> None:
         message.header.stamp.sec, message.header.stamp.nanosec = divmod(stamp_ns, 10**9)

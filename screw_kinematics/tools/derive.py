@@ -1,102 +1,97 @@
 # Copyright screw_kinematics contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-Print the formulas of a robot's tip motion: as text, LaTeX, Python or C.
+Derive the kinematics of a robot: formulas to read, or programs to run.
 
-Coordinates are q1, q2, ... in the order of the measured joints; qd1, qdd1, ... are their
-derivatives. Lengths are in m.
+Text and LaTeX give the closed form; Python and C the straight-line program, in which every
+value is computed once, or with --form closed the closed form.
 """
 from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
+from pathlib import Path
+import re
+import sys
 from typing import Any
 
 from . import console, robots
-from ..chain import SerialChain
-from ..compile import ORDERS
-from ..errors import InvalidValueError, ParameterError, UnknownNameError
+from .closed_form import closed_form, closed_source
+from .quantities import find_quantity, NAMES
+from .straight_line_code import straight_line_files
+from ..errors import ParameterError
 from ..poles import FRAMES
 
 EXAMPLES = """\
-  derive config/robots/rpr.yaml
-  derive config/robots/rpr.yaml --outputs reduced_accel,reduced_jerk --format latex
-  derive config/robots/puma560.yaml --outputs pose,twist --format c > puma.h
-  derive panda.urdf --tip panda_hand_tcp --outputs accel --format python --unsimplified
+  derive config/robots/rpr.yaml --quantity acceleration
+  derive config/robots/rpr.yaml --quantity velocity,acceleration --format latex
+  derive config/robots/puma560.yaml --quantity twist,accel --format python
+  derive config/robots/panda.yaml --quantity pose,twist,accel --format c --output panda.c
+  derive config/robots/panda.yaml --quantity twist --axes tip --form straight
 """
-_FORMATS = ('text', 'latex', 'python', 'c')
-_KNOWN = tuple(name for name in ORDERS if name != 'jacobian')
+FORMATS = ('text', 'latex', 'python', 'c')
+# Longer arms are simplified for minutes, to formulas that are still too long to read.
+_SIMPLIFIED_JOINTS = 4
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the tool; see ``derive --help``."""
     options = console.parser('derive', __doc__ or '', EXAMPLES)
     robots.add_options(options)
-    options.add_argument('--outputs', default='pose,twist,accel', metavar='A,B',
-                         help=f'of {", ".join(_KNOWN)} (default: pose,twist,accel)')
-    options.add_argument('--format', choices=_FORMATS, default='text',
-                         help='default: text')
+    options.add_argument('--quantity', default='accel', metavar='A,B',
+                         help=f'of {", ".join(NAMES)}; or velocity, acceleration, jounce '
+                              '(default: accel)')
+    options.add_argument('--format', choices=FORMATS, default='text', help='default: text')
+    options.add_argument('--form', choices=('closed', 'straight'),
+                         help='closed form or straight-line program (default: closed for '
+                              'text and LaTeX, straight for Python and C)')
     options.add_argument('--axes', choices=FRAMES, default='base',
-                         help='whose axes six-vectors are in (default: base)')
+                         help='axes of the vectors (default: base)')
     options.add_argument('--pole', choices=FRAMES, default='tip',
-                         help='which point they refer to (default: tip)')
-    options.add_argument('--unsimplified', action='store_true',
-                         help='at once; accelerations of six joints take a minute to simplify')
-    return console.run(derive, options, argv)
+                         help='reference point: origin of the tip frame (default), or the '
+                              'point of the tip body now at the origin of the base frame')
+    options.add_argument('--simplify', action=argparse.BooleanOptionalAction,
+                         help='simplify the closed form (default: up to '
+                              f'{_SIMPLIFIED_JOINTS} joints)')
+    options.add_argument('--name', help='of the function (default: that of the robot)')
+    options.add_argument('--output', type=Path, metavar='FILE',
+                         help='write here; C: also the header beside it')
+    return console.run(_derive, options, argv)
 
 
-def derive(arguments: argparse.Namespace) -> int:
-    """
-    Print the formulas.
-
-    Raises
-    ------
-    InvalidValueError
-        The robot is no open chain.
-    ParameterError, UnknownNameError
-        An output is unknown, or none is asked for.
-
-    """
-    from .. import formulas, symbolic
-    names = [name.strip() for name in arguments.outputs.split(',') if name.strip()]
-    if not names:
-        raise ParameterError('outputs', arguments.outputs, f'some of {", ".join(_KNOWN)}')
-    for name in names:
-        if name not in _KNOWN:
-            raise UnknownNameError('output', name, _KNOWN)
-    chain = robots.load(arguments)
-    if not isinstance(chain, SerialChain):
-        raise InvalidValueError(f'{arguments.robot}: closed loops have no formulas here; '
-                                'give an open chain')
-    order = max(ORDERS[name] for name in names)
-    coordinates = symbolic.coordinates(chain.dof, order)
-    state = symbolic.state(chain, order, simplified=False)
-    state = state.about(arguments.pole).expressed_in(arguments.axes)
-    found = {name: _output(state, name) for name in names}
-    if not arguments.unsimplified:
-        found = {name: symbolic.simplify(x, coordinates[1:]) for name, x in found.items()}
-    if arguments.format == 'text':
-        print('\n'.join(_text(found)))
-    elif arguments.format == 'latex':
-        for name, value in found.items():
-            print(f'% {name}\n{formulas.latex(value)}')
+def _derive(arguments: argparse.Namespace) -> int:
+    robot = robots.load(arguments)
+    quantities = [find_quantity(name.strip()) for name in arguments.quantity.split(',')]
+    name = arguments.name or re.sub(r'\W', '_', robot.name) or 'robot'
+    if not name.isidentifier() or not name.isascii():
+        raise ParameterError('name', name, 'letters, digits and underscores')
+    code = arguments.format in ('python', 'c')
+    form = arguments.form or ('straight' if code else 'closed')
+    if form == 'straight':
+        if arguments.format == 'latex':
+            raise ParameterError('form', form, "'closed' for LaTeX")
+        files = straight_line_files(robot, quantities, arguments.format, name, arguments.axes,
+                                    arguments.pole)
     else:
-        printer = formulas.c_source if arguments.format == 'c' else formulas.python_source
-        print(printer('tip_motion', found, coordinates), end='')
+        simplified = robot.dof <= _SIMPLIFIED_JOINTS if arguments.simplify is None \
+            else arguments.simplify
+        make: Any = closed_source if code else closed_form
+        files = make(robot, quantities, arguments.format, name, arguments.axes,
+                     arguments.pole, simplified)
+    _write(files, arguments.output)
     return console.OK
 
 
-def _output(state: Any, name: str) -> Any:
-    if name == 'pose':
-        return state.pose[:3]
-    if name.startswith('reduced_'):
-        return state.reduced[ORDERS[name] - 1]
-    return state.classical(ORDERS[name])
+def _write(files: dict[str, str], output: Path | None) -> None:
+    """Write texts, by the ending of their files, or print them."""
+    if output is None:
+        sys.stdout.write('\n'.join(files.values()))
+        return
+    main_file, *others = files.items()
+    output.write_text(main_file[1])
+    for ending, text in others:
+        output.with_suffix(ending).write_text(text)
 
 
-def _text(found: dict[str, Any]) -> list[str]:
-    parts = {'pose': [f'{row}{column}' for row in ('x', 'y', 'z') for column in
-                      (' of x axis', ' of y axis', ' of z axis', ' of origin')]}
-    angular_and_linear = [f'{kind} {axis}' for kind in ('angular', 'linear') for axis in 'xyz']
-    return [f'{name}, {part}: {value}' for name, array in found.items()
-            for part, value in zip(parts.get(name, angular_and_linear), array.ravel())]
+if __name__ == '__main__':
+    raise SystemExit(main())

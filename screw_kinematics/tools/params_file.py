@@ -16,7 +16,7 @@ from ..ros.settings import NODE, NodeSettings, ROBOT, RobotSettings
 NODE_NAMES = ('kinematic_state_publisher', '/kinematic_state_publisher', '/**')
 
 
-def read_robots(path: Path) -> list[RobotSettings]:
+def read_robots(path: Path, instead: Mapping[str, Any] | None = None) -> list[RobotSettings]:
     """
     Return the settings of all robots in a parameter file.
 
@@ -24,6 +24,8 @@ def read_robots(path: Path) -> list[RobotSettings]:
     ----------
     path : path
         YAML as ``--params-file`` takes it.
+    instead : mapping of str to value, optional
+        Parameters of robots that take precedence.
 
     Raises
     ------
@@ -45,9 +47,9 @@ def read_robots(path: Path) -> list[RobotSettings]:
             similar = get_close_matches(name, known, 1, 0.5)
             raise ParameterError(name, value, f'{similar[0]!r}' if similar else
                                  'parameters of the node and of its robots')
-    return [robot_settings(robot, {key.removeprefix(f'{robot}.'): value
-                                   for key, value in given.items()
-                                   if key.startswith(f'{robot}.')}) for robot in node.robots]
+    return [robot_settings(robot, {**{
+        key.removeprefix(f'{robot}.'): value for key, value in given.items()
+        if key.startswith(f'{robot}.')}, **(instead or {})}) for robot in node.robots]
 
 
 def robot_settings(name: str, values: Mapping[str, Any]) -> RobotSettings:

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 import ctypes
+from functools import partial
 import os
 import signal
 import subprocess
@@ -65,7 +66,7 @@ class Children:
         process = subprocess.Popen(
             [sys.executable, '-m', module, *arguments], stdin=subprocess.DEVNULL,
             stdout=output, stderr=subprocess.STDOUT, start_new_session=True,
-            preexec_fn=_end_with_parent if sys.platform == 'linux' else None)
+            preexec_fn=partial(end_with_parent, os.getpid()))
         self._running.append((name, process, output))
 
     def check(self) -> None:
@@ -85,9 +86,18 @@ class Children:
                     f'{name} ended with exit code {code}: {_last_lines(output)}')
 
 
-def _end_with_parent() -> None:
-    """Ask the kernel to send SIGTERM when the parent dies (between fork and exec)."""
-    parent = os.getppid()
+def end_with_parent(parent: int) -> None:
+    """
+    Ask the kernel to send SIGTERM when the parent dies; called in the child.
+
+    Parameters
+    ----------
+    parent : int
+        Process id of the parent.
+
+    """
+    if sys.platform != 'linux':
+        return
     ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGTERM)
     if os.getppid() != parent:    # it died before the request
         os._exit(1)

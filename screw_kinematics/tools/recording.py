@@ -96,16 +96,16 @@ class Recording:
         delivered: Counter[str] = Counter()
         if self._reader is not None:
             try:
-                with self._reader:
-                    wanted = [c for c in self._reader.connections if c.msgtype in kinds]
-                    if not wanted:
-                        return
-                    for connection, received, data in self._reader.messages(wanted):
-                        delivered[connection.topic] += 1
-                        yield Message(connection.topic, connection.msgtype, received, data)
+                wanted = [c for c in self._reader.connections if c.msgtype in kinds]
+                for connection, received, data in (
+                        self._reader.messages(wanted) if wanted else ()):
+                    delivered[connection.topic] += 1
+                    yield Message(connection.topic, connection.msgtype, received, data)
                 return
             except self._errors as error:
                 self.damage.append(f'{self.path}: {_first_line(error)}')
+            finally:
+                self._reader.close()
         for file in self._files:
             for message in salvage(file, self.damage):
                 if message[1] in kinds:

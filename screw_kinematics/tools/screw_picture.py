@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from .figures import COLOURS, pyplot
+from ..chain import SerialChain
 from ..errors import ToolError
 from ..screws import screw_of_twist
 from ..se3 import Array
@@ -32,7 +33,7 @@ def draw_screws(robot: Any, q: Array, qd: Array) -> Any:
     matplotlib.figure.Figure
 
     """
-    if not hasattr(robot, 'screws'):
+    if not isinstance(robot, SerialChain):
         raise ToolError(f'{robot.name}: a picture of joint screws is drawn of open chains only')
     plt = pyplot()
     state = robot.state(q, qd)

@@ -53,7 +53,7 @@ def numbers(text, quantity, name):
     [],
     ['--robot', str(ROBOTS / 'panda.yaml'), '--motion', 'multisine', '--rate', '500',
      '--delay', '0.02'],
-    ['--robot', str(ROBOTS / 'rpr.yaml'), '--motion', 'minjerk'],
+    ['--robot', str(ROBOTS / 'stewart_6ups.yaml')],
 ])
 def test_once_prints_a_state_near_the_exact_one(namespace, options):
     run = start(namespace, '--once', *options)

@@ -1,58 +1,146 @@
 # Copyright screw_kinematics contributors
 # SPDX-License-Identifier: Apache-2.0
+"""What is derived is the chain: formulas, programs in Python, compiled C."""
+import ctypes
 from pathlib import Path
+import shutil
+import subprocess
 
 import numpy as np
 import pytest
 
-from screw_kinematics import models
+from screw_kinematics import Joint, models, SerialChain
 from screw_kinematics.tools import console, derive
+from screw_kinematics.tools.closed_form import heading
+from screw_kinematics.tools.quantities import find_quantity, NAMES
 
 pytest.importorskip('sympy')
 ROBOTS = Path(__file__).parents[2] / 'config' / 'robots'
 RPR = str(ROBOTS / 'rpr.yaml')
+QUANTITIES = ['pose', 'twist', 'accel', 'reduced_jerk', 'snap']
+
+
+def expected(robot, motion, axes='base', pole='tip'):
+    """Return what each quantity is, by the recursion on numbers."""
+    state = robot.state(*motion)
+    values = {'pose': np.concatenate([state.pose[:3, 3], state.pose[:3, :3].ravel()])}
+    state = state.about(pole).expressed_in(axes)
+    for order, (name, reduced) in enumerate((('twist', 'twist'), ('accel', 'reduced_accel'),
+                                             ('jerk', 'reduced_jerk'),
+                                             ('snap', 'reduced_snap')), 1):
+        values[reduced] = state.reduced[order - 1]
+        values[name] = state.classical(order)
+    return values
+
+
+def random_motion(robot):
+    """Return joint positions and four derivatives."""
+    return np.random.default_rng(1).normal(size=(5, robot.dof))
+
+
+def close(found, exact):
+    """Compare to 1e-13 of the largest number."""
+    np.testing.assert_allclose(found, exact, rtol=0, atol=1e-13 * max(1, np.abs(exact).max()))
 
 
 def test_text_of_the_planar_arm(capsys):
-    assert derive.main([RPR]) == console.OK
+    assert derive.main([RPR, '--quantity', 'pose,velocity,acceleration']) == console.OK
     lines = capsys.readouterr().out.splitlines()
-    assert 'pose, x of origin: q2*cos(q1) + cos(q1 + q3)/4' in lines
-    assert 'twist, angular z: qd1 + qd3' in lines
-    assert len(lines) == 12 + 6 + 6
+    assert 'p_x = q2*cos(q1) + cos(q1 + q3)/4' in lines
+    assert 'w_z = qd1 + qd3' in lines
+    assert 'rpr: motion of tool relative to base' in lines
+    assert sum(' = ' in line for line in lines[3:]) == 12 + 6 + 6
+
+
+def test_latex_is_a_line_for_each_component(capsys):
+    assert derive.main([RPR, '--quantity', 'acceleration', '--format', 'latex']) == console.OK
+    text = capsys.readouterr().out
+    assert text.count('&=') == 6 and r'\begin{aligned}' in text
+    assert r'\alpha_{z} &= \ddot{q}_{1} + \ddot{q}_{3}' in text
 
 
 @pytest.mark.parametrize('axes', ['base', 'tip'])
 @pytest.mark.parametrize('pole', ['base', 'tip'])
-@pytest.mark.parametrize('flag', [[], ['--unsimplified']])
-def test_python_is_the_chain(axes, pole, flag, capsys):
-    outputs = 'pose,twist,accel,reduced_jerk'
-    assert derive.main([RPR, '--format', 'python', '--outputs', outputs, '--axes', axes,
-                        '--pole', pole, *flag]) == console.OK
+@pytest.mark.parametrize('form', [['--form', 'straight'], ['--form', 'closed'],
+                                  ['--form', 'closed', '--no-simplify']])
+def test_python_is_the_chain(axes, pole, form, capsys):
+    arguments = [RPR, '--format', 'python', '--quantity', 'pose,twist,accel,reduced_jerk',
+                 '--axes', axes, '--pole', pole, *form]
+    assert derive.main(arguments) == console.OK
     namespace = {}
     exec(capsys.readouterr().out, namespace)
-    motion = np.random.default_rng(1).normal(size=(4, 3))
-    found = namespace['tip_motion'](*motion.ravel())
-    state = models.load(RPR).state(*motion).about(pole).expressed_in(axes)
-    for name, expected in (('pose', state.pose[:3].ravel()), ('twist', state.velocity),
-                           ('accel', state.classical(2)), ('reduced_jerk', state.jerk)):
-        np.testing.assert_allclose(found[name], expected, rtol=0, atol=1e-13)
+    robot = models.load(RPR)
+    motion = random_motion(robot)
+    exact = expected(robot, motion, axes, pole)
+    if 'straight' in form:
+        found = namespace['rpr'](motion[:4].ravel().tolist())
+        found = dict(zip(('pose', 'twist', 'accel', 'reduced_jerk'),
+                         np.split(np.array(found), [12, 18, 24])))
+    else:
+        found = namespace['rpr'](*motion[:4].ravel())
+    for name, values in found.items():
+        close(values, exact[name])
 
 
-@pytest.mark.parametrize('format, text', [('latex', r'\begin{bmatrix}'),
-                                          ('c', 'double twist[6])')])
-def test_other_formats(format, text, capsys):    # noqa: A002
-    assert derive.main([RPR, '--outputs', 'twist', '--format', format]) == console.OK
-    assert text in capsys.readouterr().out
+@pytest.mark.parametrize('robot', ['rpr', 'puma560', 'panda'])
+def test_c_compiles_without_a_warning_and_is_the_chain(robot, tmp_path):
+    compiler = shutil.which('cc') or shutil.which('gcc')
+    assert compiler, 'a C compiler is needed'
+    source, library = tmp_path / 'arm.c', tmp_path / 'arm.so'
+    file = ROBOTS / f'{robot}.yaml'
+    assert derive.main([str(file), '--format', 'c', '--quantity', ','.join(QUANTITIES),
+                        '--name', 'arm', '--output', str(source)]) == console.OK
+    run = subprocess.run(
+        [compiler, '-std=c99', '-Wall', '-Wextra', '-Wpedantic', '-O2', '-ffp-contract=off',
+         '-shared', '-fPIC', '-o', library, source, '-lm'], capture_output=True, text=True)
+    assert run.returncode == 0 and run.stderr == ''
+    chain = models.load(file)
+    header = (tmp_path / 'arm.h').read_text()
+    assert f'#define ARM_DOF {chain.dof}' in header
+    assert f'motion of {chain.tip_frame} relative to {chain.base_frame}' in header
+    motion = random_motion(chain)
+    sizes = [12 if name == 'pose' else 6 for name in QUANTITIES]
+    results = [(ctypes.c_double * size)() for size in sizes]
+    ctypes.CDLL(str(library)).arm(*((ctypes.c_double * chain.dof)(*row) for row in motion),
+                                  *results)
+    for name, result in zip(QUANTITIES, results):
+        close(np.array(result), expected(chain, motion)[name])
 
 
-@pytest.mark.parametrize('outputs, message', [
-    ('twist,force', "unknown output 'force'; known: 'pose', 'twist'"),
-    (',', "parameter 'outputs' is ','; allowed: some of pose")])
-def test_wrong_outputs_are_one_line(outputs, message, capsys):
-    assert derive.main([RPR, '--outputs', outputs]) == console.FAILED
-    assert message in capsys.readouterr().err
+def test_c_without_some_inputs_has_no_warning_either(tmp_path):
+    source = tmp_path / 'rpr.c'
+    assert derive.main([RPR, '--format', 'c', '--quantity', 'pose', '--output',
+                        str(source)]) == console.OK
+    run = subprocess.run(['cc', '-std=c99', '-Wall', '-Wextra', '-Wpedantic', '-Werror', '-c',
+                          '-o', tmp_path / 'rpr.o', source], capture_output=True, text=True)
+    assert run.returncode == 0, run.stderr
 
 
-def test_closed_loops_are_refused(capsys):
-    assert derive.main([str(ROBOTS / 'delta.yaml')]) == console.FAILED
-    assert 'closed loops have no formulas here' in capsys.readouterr().err
+def test_straight_line_text_is_the_function(capsys):
+    assert derive.main([RPR, '--quantity', 'twist', '--form', 'straight']) == console.OK
+    assert capsys.readouterr().out.startswith('def rpr(values')
+
+
+def test_names_cannot_end_the_comment_they_stand_in():
+    robot = SerialChain([Joint('q*/\n"""', 'revolute', axis=(0, 0, 1))], base_frame='a"""\nb')
+    text = '\n'.join(heading(robot, 'robot', 'base', 'tip'))
+    assert text.count('\n') == 2 and '"' not in text and '*/' not in text
+
+
+@pytest.mark.parametrize('name', NAMES)
+def test_each_quantity_is_derived(name, capsys):
+    assert derive.main([RPR, '--quantity', name, '--no-simplify']) == console.OK
+    assert find_quantity(name).described() in capsys.readouterr().out
+
+
+@pytest.mark.parametrize('arguments, message', [
+    ([RPR, '--quantity', 'twist,force'], "unknown quantity 'force'; known: 'pose', 'twist'"),
+    ([RPR, '--form', 'straight', '--format', 'latex'], "'form' is 'straight'; allowed: 'closed'"),
+    ([RPR, '--name', '2x'], "parameter 'name' is '2x'; allowed: letters"),
+    ([str(ROBOTS / 'delta.yaml')], 'delta: there are closed forms of open chains only'),
+    ([str(ROBOTS / 'delta.yaml'), '--format', 'c'], 'straight-line programs of open chains'),
+])
+def test_errors_are_one_line(arguments, message, capsys):
+    assert derive.main(arguments) == console.FAILED
+    error = capsys.readouterr().err
+    assert message in error and error.count('\n') == 1
