@@ -9,6 +9,7 @@ composition, with Pinocchio's own cross product of motions.
 """
 from importlib.metadata import distribution, PackageNotFoundError
 from pathlib import Path
+from xml.etree.ElementTree import parse
 
 import numpy as np
 import pytest
@@ -26,14 +27,29 @@ def example_robot(name: str) -> Path:
                 if f.as_posix().endswith(f'/{name}.urdf'))
 
 
-class Reference:
-    """Two frames of a Pinocchio model, moved by named joints."""
+def followers(path: Path) -> dict[str, tuple[str, float, float]]:
+    """Return for each joint with a ``mimic`` its source, multiplier and offset."""
+    tags = {joint.get('name'): joint.find('mimic') for joint in parse(path).iterfind('joint')}
+    return {name: (tag.get('joint'), float(tag.get('multiplier', 1)), float(tag.get('offset', 0)))
+            for name, tag in tags.items() if tag is not None}
 
-    def __init__(self, model, base: str, tip: str, joint_names) -> None:
+
+class Reference:
+    """
+    Two frames of a Pinocchio model, moved by named joints and those that follow them.
+
+    Followers are moved here, since not all versions of Pinocchio know of them.
+    """
+
+    def __init__(self, model, base: str, tip: str, joint_names, rules=None) -> None:
         self._model, self._data = model, model.createData()
         self._frames = [model.getFrameId(name) for name in (base, tip)]
         assert max(self._frames) < model.nframes
-        self._joints = [model.joints[model.getJointId(name)] for name in joint_names]
+        moved = [(name, i, 1.0, 0.0) for i, name in enumerate(joint_names)]
+        moved += [(name, joint_names.index(source), multiplier, offset)
+                  for name, (source, multiplier, offset) in (rules or {}).items()
+                  if source in joint_names and model.existJointName(name)]
+        self._joints = [(model.joints[model.getJointId(name)], *rule) for name, *rule in moved]
 
     def motion(self, q, qd, qdd):
         """
@@ -43,12 +59,13 @@ class Reference:
         """
         neutral = pin.neutral(self._model)
         v, a = np.zeros((2, self._model.nv))
-        for joint, *values in zip(self._joints, q, qd, qdd):
+        for joint, source, multiplier, offset in self._joints:
+            value = multiplier * q[source] + offset
             # Pinocchio holds the angle of a continuous joint as cosine and sine.
-            turns = joint.nq == 2
             neutral[joint.idx_q:joint.idx_q + joint.nq] = (
-                [np.cos(values[0]), np.sin(values[0])] if turns else values[0])
-            v[joint.idx_v], a[joint.idx_v] = values[1:]
+                [np.cos(value), np.sin(value)] if joint.nq == 2 else value)
+            v[joint.idx_v] = multiplier * qd[source]
+            a[joint.idx_v] = multiplier * qdd[source]
         pin.forwardKinematics(self._model, self._data, neutral, v, a)
         pin.updateFramePlacements(self._model, self._data)
         (T1, V1, A1), (T2, V2, A2) = (self._state(frame) for frame in self._frames)

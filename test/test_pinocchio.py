@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Kinematic states agree with Pinocchio's on robots as manufacturers describe them."""
 import numpy as np
-from pinocchio_reference import angular_first, example_robot, pin, Reference
+from pinocchio_reference import angular_first, example_robot, followers, pin, Reference
 import pytest
 
 from screw_kinematics import models
@@ -34,8 +34,8 @@ def build(case):
     robot, base, tip = CASES[case]
     path = example_robot(robot)
     chain = models.load(path, base, tip)
-    return chain, Reference(pin.buildModelFromUrdf(str(path), True), base, tip,
-                            chain.joint_names)
+    return chain, Reference(pin.buildModelFromUrdf(str(path)), base, tip, chain.joint_names,
+                            followers(path))
 
 
 def relative_errors(actual, expected):
