@@ -36,7 +36,7 @@ setup(
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{package_name}']),
         (share, ['package.xml']),
-        (f'{share}/config', glob('config/*.yaml')),
+        (f'{share}/config', glob('config/*.yaml') + glob('config/*.xml')),
         (f'{share}/config/robots', glob('config/robots/*.yaml')),
     ],
     python_requires='>=3.10',
