@@ -4,16 +4,31 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from keyword import iskeyword
 from typing import Any
 
 import numpy as np
 
-from .backends import make_backend
-from .errors import InvalidValueError, ShapeError
+from .backends import c_header, c_source, make_backend, python_source
+from .errors import InvalidValueError, ShapeError, UnknownNameError
 from .se3 import Array
 from .straight_line import StraightLine
 
 DERIVATIVES = ('q', 'qd', 'qdd', 'qddd', 'qdddd')
+
+MEANINGS = {
+    'q': 'positions [rad, m]',
+    'qd': 'velocities [rad/s, m/s]',
+    **{key: f'{what} [rad/s^{n}, m/s^{n}]' for n, (key, what) in enumerate(
+        zip(DERIVATIVES[2:], ('accelerations', 'jerks', 'snaps')), start=2)},
+    'pose': 'position [m], then rotation from tip to base coordinates, by rows',
+    'twist': 'angular and linear velocity [rad/s, m/s]',
+    'jacobian': 'twist per joint velocity, 6 rows',
+    **{prefix + key: f'{words} {what} [rad/s^{n}, m/s^{n}]'
+       for prefix, words in (('', 'angular and classical linear'), ('reduced_', 'reduced'))
+       for n, (key, what) in enumerate(
+           (('accel', 'acceleration'), ('jerk', 'jerk'), ('snap', 'snap')), start=2)}}
+"""What the arrays are, for comments in source text."""
 
 
 class Program:
@@ -125,6 +140,53 @@ class Program:
         results = self._results(len(parts[0]), out)
         self._backend.batch(parts, results)
         return {name: results[:, part] for name, part in self.slices.items()}
+
+    def source(self, language: str, name: str = 'tip_motion') -> str:
+        """
+        Return the program as source text.
+
+        Parameters
+        ----------
+        language : {'python', 'c', 'c_header'}
+            Python needs only ``math``; C is C99 and needs only ``math.h`` and the header,
+            which belongs into the file ``<name>.h``.
+        name : str
+            Name of the function.
+
+        Raises
+        ------
+        UnknownNameError, InvalidValueError
+            The language is unknown, or the name is no identifier.
+
+        """
+        inputs = {key: self.dof for key in DERIVATIVES[:self.order + 1]}
+        sizes = {key: part.stop - part.start for key, part in self.slices.items()}
+        if language == 'c':
+            return c_source(self.line, name, inputs, sizes)
+        if language == 'c_header':
+            return c_header(name, inputs, sizes, self._comment(name))
+        if language != 'python':
+            raise UnknownNameError('language', language, ('python', 'c', 'c_header'))
+        if not name.isidentifier() or iskeyword(name):
+            raise InvalidValueError(f'{name!r} is no name of a Python function')
+        order = ', '.join(f'{key} ({n})' for key, n in {**inputs, **sizes}.items())
+        text = python_source(self.line, self.input_names, name, self._comment(name)
+                             + f'\n\nFlat sequences, in this order: {order}.')
+        return f'from math import cos, sin, sqrt\n\n\n{text}'
+
+    def _comment(self, name: str) -> str:
+        """Return what the program computes, in words."""
+        rows = [f'{name}: motion of {self.tip_frame} relative to {self.base_frame}. '
+                'SI units.', '', f'Joints: {", ".join(self.joint_names) or "none"}.']
+        rows += [f'{key}: joint {MEANINGS[key]}' for key in DERIVATIVES[:self.order + 1]]
+        rows += [f'{key}: {MEANINGS[key]}' for key in self.outputs]
+        if set(self.outputs) != {'pose'}:
+            rows += ['', f'Six-vectors: angular first, axes of {self._frame(self.axes)}, '
+                     f'reference point at the origin of {self._frame(self.pole)}.']
+        return '\n'.join(rows)
+
+    def _frame(self, which: str) -> str:
+        return self.base_frame if which == 'base' else self.tip_frame
 
     def warm_up(self) -> None:
         """Compile now what would otherwise be compiled on the first call."""

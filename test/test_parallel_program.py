@@ -134,3 +134,17 @@ def test_tool_on_the_platform():
     there = plain.about(moved.pose[:3, 3])
     np.testing.assert_allclose(moved.velocity, there.velocity, atol=1e-12)
     np.testing.assert_allclose(moved.acceleration, there.acceleration, atol=1e-12)
+
+
+def test_workspace_and_memory_for_results():
+    manipulator, joints = load('planar_3rrr'), moment('planar_3rrr', 0).joints
+    program = manipulator.compile(('pose', 'twist'), 'python')
+    expected = program(*joints)
+    program.workspace[:program.inputs] = np.concatenate(joints[:2])
+    program.run()
+    flat = program.workspace[program.inputs:]
+    np.testing.assert_allclose(flat[program.slices['twist']], expected['twist'], atol=1e-12)
+    out = np.empty((1, 18))
+    results = program.batch(*[part[None] for part in joints], out=out)
+    assert np.shares_memory(results['pose'], out)
+    np.testing.assert_allclose(results['pose'][0], expected['pose'], atol=1e-12)

@@ -9,13 +9,17 @@ from typing import Protocol
 
 import numpy as np
 
+from .c_source import c_header, c_source
 from .numpy_blocks import NumpyBlocks
-from .plain import python_function
+from .plain import python_function, python_source
 from ..errors import MissingExtraError, UnknownNameError
 from ..se3 import Array
 from ..straight_line import StraightLine
 
 BACKENDS = ('auto', 'python', 'numba')
+
+
+__all__ = ['BACKENDS', 'Backend', 'c_header', 'c_source', 'make_backend', 'python_source']
 
 
 class Backend(Protocol):

@@ -43,7 +43,8 @@ def python_source(line: StraightLine, input_names: Sequence[str], name: str = 'e
     # The functions are defaults, so that the interpreter finds them among the locals.
     rows = [f'def {name}(values, sin=sin, cos=cos, sqrt=sqrt):']
     if docstring:
-        rows += [f'    """{docstring}"""']
+        docstring = docstring.replace('\\', '\\\\').replace('"', "'")    # names hold anything
+        rows += [*f'    """{docstring}'.replace('\n', '\n    ').splitlines(), '    """']
     if input_names:
         rows += [f'    {", ".join(input_names)}, = values']
     rows += [f'    {target} = {expression}' for target, expression in text.body]

@@ -15,7 +15,7 @@ from .newton import MAX_ITERATIONS
 from .outputs import ORDERS, output_sizes, trace_outputs
 from .rates import platform_states
 from ..compile import checked_outputs
-from ..errors import ScrewKinematicsError
+from ..errors import InvalidValueError, ScrewKinematicsError
 from ..program import Program
 from ..se3 import Array
 
@@ -122,6 +122,11 @@ class ParallelProgram(Program):
         for k, row in enumerate(samples.tolist()):
             results[k] = self.evaluate(row)
         return {name: results[:, part] for name, part in self.slices.items()}
+
+    def source(self, language: str, name: str = 'tip_motion') -> str:
+        """Raise an error: a posture is searched for, which is no straight-line program."""
+        raise InvalidValueError(
+            'a parallel manipulator has no source text; its postures are found by iteration')
 
     def warm_up(self) -> None:
         """Compile now what would otherwise be compiled on the first call."""
