@@ -76,7 +76,7 @@ class RobotPipeline:
             (False,) * len(joint_names))
         self._motions: dict[JointGroup, GroupMotion] = {}
         self._rounds = Rounds(len(joint_names))
-        self._heard: dict[JointGroup, tuple[int, float]] = {}
+        self._heard: dict[JointGroup, tuple[int, float, float]] = {}
         self._names: tuple[str, ...] | None = None
         self._layout: Layout | None = None
         self._group_motion: GroupMotion | None = None
@@ -198,7 +198,7 @@ class RobotPipeline:
         for motion in self._motions.values():
             motion.reset()
 
-    def release_silent(self, now: float, timeout: float) -> None:
+    def release_silent(self, now: float, timeout: float) -> bool:
         """
         Forget groups of joints that come no more: they are missing from then on.
 
@@ -209,17 +209,27 @@ class RobotPipeline:
         timeout : float
             Silence after which a group is forgotten [s].
 
+        Returns
+        -------
+        bool
+            Whether there was one.
+
         """
+        heard = {}
         for group in self._joints.groups:
-            messages, since = self._heard.get(group, (-1, now))
-            if group.messages != messages:
-                self._heard[group] = (group.messages, now)
-            elif now - since > timeout:
-                self._joints.release(group)
-                self._rounds.forget(group)
-                self._motions.pop(group, None)
-                self._heard.pop(group, None)
-                self._names = None
+            messages, last, silence = self._heard.get(group, (-1, now, 0.0))
+            # A long time between two calls tells little: messages may be waiting to be taken.
+            silence = silence + min(now - last, timeout / 2) if messages == group.messages else 0.0
+            if silence <= timeout:
+                heard[group] = group.messages, now, silence
+                continue
+            self._joints.release(group)
+            self._rounds.forget(group)
+            self._motions.pop(group, None)
+            self._names = None
+        released = self._heard.keys() - heard.keys()
+        self._heard = heard
+        return bool(released)
 
     def missing(self) -> list[str]:
         """Return the names of the joints that are not known at present."""

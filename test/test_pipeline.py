@@ -207,12 +207,23 @@ def test_silent_joints_are_missing_after_the_timeout_and_may_come_from_elsewhere
     assert pipeline.missing() == ['q3']
     pipeline.release_silent(0.0, 0.5)
     feed(pipeline, 5, START + 10 * MS, names=('q1', 'q2'))
-    pipeline.release_silent(0.4, 0.5)
-    pipeline.release_silent(0.8, 0.5)
+    pipeline.release_silent(0.1, 0.5)
+    for now in (0.2, 0.4, 0.6):
+        pipeline.release_silent(now, 0.5)
     assert pipeline.missing() == ['q3']
-    pipeline.release_silent(1.0, 0.5)
+    pipeline.release_silent(0.7, 0.5)
     assert pipeline.missing() == list(NAMES)
     assert len(feed(pipeline, 20, START + 900 * MS)) == 20
+
+
+def test_a_node_that_was_held_up_does_not_take_its_queue_for_silence():
+    pipeline = make(MotionSettings(), ('twist',))
+    feed(pipeline, 50)
+    pipeline.release_silent(0.0, 0.5)
+    pipeline.release_silent(0.1, 0.5)
+    pipeline.release_silent(5.0, 0.5)
+    assert pipeline.missing() == []
+    assert len(feed(pipeline, 50, START + 100 * MS)) == 50
 
 
 def test_variances_are_those_of_the_estimator_and_unknown_where_measured():

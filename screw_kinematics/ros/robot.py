@@ -50,7 +50,6 @@ class Robot:
         self._programs: dict[tuple[str, ...], Any] = {}
         # Results of background work count only if nothing newer was begun.
         self._latest_load = self._latest_compilation = 0
-        self._heard = (0, 0.0)
 
     @property
     def name(self) -> str:
@@ -129,14 +128,9 @@ class Robot:
         """
         if self.topics.check_demand():
             self._compile()
-        if self.pipeline is not None:
-            self.pipeline.release_silent(now, self.settings.stale_timeout)
-            outputs, since = self._heard
-            if outputs != self.account.outputs:
-                self._heard = (self.account.outputs, now)
-            elif outputs > 0 and now - since > self.settings.stale_timeout:
-                self._heard = (0, now)
-                self.topics.clear_markers()
+        if self.pipeline is not None and self.pipeline.release_silent(
+                now, self.settings.stale_timeout):
+            self.topics.clear_markers()
 
     def posture_report(self) -> dict[str, Any]:
         """Return what the program in use says about the robot's last posture, if anything."""
@@ -145,7 +139,6 @@ class Robot:
 
     def reset(self) -> None:
         """Forget the samples so far, as after a jump of the clock."""
-        self._heard = (0, 0.0)
         self.topics.clear_markers()
         if self.pipeline is not None:
             self.pipeline.reset()

@@ -11,6 +11,7 @@ from rclpy.serialization import serialize_message
 from rig import (
     joint_state, PUMA, RELIABLE_INPUT, running, six, smooth_motion, stamp_ns)
 from screw_kinematics import models
+from visualization_msgs.msg import Marker, MarkerArray
 
 MS = 1_000_000
 JOINTS = tuple(f'q{i}' for i in range(1, 7))
@@ -30,14 +31,16 @@ def rig(module_context, tmp_path_factory):
         'good': robot('good'), 'bad': robot('bad'),
         'spread': robot(['arm_states', 'wrist_states']),
         'reliable': robot('reliable'), 'best_effort': robot('best_effort'),
-        'unstamped': robot('unstamped'), 'gone': robot('gone', stale_timeout=0.3),
+        'unstamped': robot('unstamped'),
+        'gone': robot('gone', stale_timeout=0.3, outputs=['twist', 'markers']),
         'qos_overrides': {f'/{t}': {'subscription': RELIABLE_INPUT}
                           for t in TOPICS}}
     with running(module_context, tmp_path_factory.mktemp('input'), parameters) as rig:
         for name in parameters['robots']:
             rig.listen(f'{name}/twist', TwistStamped)
+        rig.listen('gone/markers', MarkerArray)
         for name in parameters['robots']:
-            rig.wait_until_serving(name, ['twist'])
+            rig.wait_until_serving(name, parameters[name]['outputs'])
         yield rig
 
 
@@ -150,13 +153,16 @@ def test_silence_is_told_and_nothing_is_repeated(rig):
     publisher = rig.publisher('gone')
     q, qd = smooth_motion(6, 0.0)
     last = serve(rig, 'gone', lambda stamp: publisher.publish(joint_state(JOINTS, stamp, q, qd)))
+    rig.wait_for_value('gone', 'joints missing', '')
     rig.wait_for_value('gone', 'joints missing', ', '.join(JOINTS))
     assert rig.status('gone')[0] == b'\3'
+    rig.wait(lambda: rig.received['gone/markers'][-1].markers[0].action == Marker.DELETEALL)
     twists = rig.received['gone/twist']
     n = len(twists)
-    publisher.publish(joint_state(JOINTS, last + 5_000 * MS, q, qd))
+    for k in range(8):      # as many as the estimator needs after the restart
+        publisher.publish(joint_state(JOINTS, last + (5_000 + k) * MS, q, qd))
     rig.wait(lambda: len(twists) > n)
-    assert len(twists) == n + 1 and stamp_ns(twists[-1]) == last + 5_000 * MS
+    assert len(twists) == n + 1 and stamp_ns(twists[-1]) == last + 5_007 * MS
 
 
 def test_effort_and_description_of_the_others_are_no_matter(rig):
