@@ -73,7 +73,7 @@ def publish_both(node: Node, robot: str, compute) -> None:
         twist_publisher.publish(twist)
         accel_publisher.publish(accel)
 
-    node.create_subscription(JointState, f'{robot}/joint_states', callback, 10)
+    node.create_subscription(JointState, f'{robot}/joint_states', callback, 100)
 
 
 def raw_relay(node: Node, robot: str) -> None:
@@ -87,7 +87,7 @@ def raw_relay(node: Node, robot: str) -> None:
         twist_publisher.publish(out)
         accel_publisher.publish(out)
 
-    node.create_subscription(JointState, f'{robot}/joint_states', callback, 10, raw=True)
+    node.create_subscription(JointState, f'{robot}/joint_states', callback, 100, raw=True)
 
 
 KINDS = {'relay': relay, 'pinocchio': pinocchio, 'numpy': numpy, 'raw_relay': raw_relay}

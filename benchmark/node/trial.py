@@ -19,7 +19,7 @@ from sensor_msgs.msg import JointState
 from .contenders import Contender
 from .robot import Driver, PERIOD_NS
 
-WINDOW = 8          # messages under way at most, fewer than any queue holds: nothing is lost
+WINDOW = 50         # messages under way at most, fewer than any queue holds: nothing is lost
 WARM_UP = 3000      # messages for each robot, but at most this many in all
 PATIENCE = 60.0     # for a node to start [s]
 SILENCE = 5.0       # without any output, after which what is under way counts as lost [s]

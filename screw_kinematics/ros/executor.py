@@ -8,8 +8,11 @@ inside C++, where Python's signal handlers do not run.
 """
 from __future__ import annotations
 
+from functools import partial
+
 from rclpy.context import Context
 from rclpy.executors import Executor, ExternalShutdownException, SingleThreadedExecutor
+from rclpy.task import Future
 
 from .stop_request import StopRequest
 
@@ -17,7 +20,7 @@ EXECUTORS = ('events', 'single_threaded')
 """Choices: ROS's events executor where it exists, or its default one."""
 
 STEP = 0.1
-"""Longest wait in one step [s], and so the longest delay of a signal."""
+"""Length of a step [s], and so the longest delay of a signal."""
 
 
 def make_executor(kind: str, context: Context) -> Executor:
@@ -37,9 +40,22 @@ def spin(executor: Executor, stop: StopRequest) -> None:
     executor.context.on_shutdown(stop.make)
     # The events executor installs its own signal handlers when it is made.
     stop.take_signals()
-    spin_once = executor.spin_once
     try:
-        while not stop.made:
-            spin_once(STEP)
+        if isinstance(executor, SingleThreadedExecutor):
+            while not stop.made:
+                executor.spin_once(STEP)
+        else:
+            _spin_without_leaving(executor, stop)
     except ExternalShutdownException:
         pass
+
+
+def _spin_without_leaving(executor: Executor, stop: StopRequest) -> None:
+    """Spin in steps of many events, which costs less than a step for each."""
+    while not stop.made:
+        end = Future()
+        # While messages keep coming a step outlasts its time: only its future ends it. The
+        # executor sets it, as a signal may come in the middle of any work on the future.
+        stop.interrupt = partial(executor.create_task, end.set_result, None)
+        executor.spin_until_future_complete(end, STEP)
+    stop.interrupt = None

@@ -16,6 +16,13 @@ class StopRequest:
     ROS's own handlers are not to be installed beside it: they shut the middleware down below
     running callbacks, which then raise now and then.
 
+    Attributes
+    ----------
+    made : bool
+        Whether it was made.
+    interrupt : callable or None
+        Called when it is made, to end what takes long; it must be safe in a signal handler.
+
     Examples
     --------
     >>> import os, signal
@@ -28,11 +35,14 @@ class StopRequest:
 
     def __init__(self) -> None:
         self.made = False
+        self.interrupt: Callable[[], object] | None = None
         self._previous: dict[int, Callable[[int, FrameType | None], object] | int | None] = {}
 
     def make(self, *_: object) -> None:
         """Ask for the end."""
         self.made = True
+        if self.interrupt is not None:
+            self.interrupt()
 
     def take_signals(self) -> None:
         """Handle both signals here, whoever handled them until now."""

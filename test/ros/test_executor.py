@@ -11,6 +11,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from screw_kinematics.ros.executor import EXECUTORS, make_executor, spin
 from screw_kinematics.ros.stop_request import StopRequest
+from std_msgs.msg import Empty
 
 
 @pytest.fixture(params=EXECUTORS)
@@ -47,6 +48,28 @@ def test_signals_end_the_loop(executor, node, number, busy):
         spin(executor, stop)
     assert len(ticks) >= 20
     assert signal.getsignal(number) == before
+
+
+def test_a_signal_ends_the_loop_while_messages_never_cease(executor, node):
+    publisher = node.create_publisher(Empty, 'echo', 100)
+    echoes = []
+
+    def echo(message):
+        echoes.append(None)
+        publisher.publish(message)
+        if len(echoes) == 2000:
+            threading.Thread(target=os.kill, args=(os.getpid(), signal.SIGTERM)).start()
+
+    def begin():
+        if not echoes:
+            for _ in range(20):
+                publisher.publish(Empty())
+
+    node.create_subscription(Empty, 'echo', echo, 100)
+    node.create_timer(0.05, begin)
+    with StopRequest() as stop:
+        spin(executor, stop)
+    assert len(echoes) >= 2000
 
 
 def test_a_shutdown_of_the_middleware_ends_the_loop(executor, node, context):
