@@ -138,7 +138,8 @@ def running(context, directory, parameters, arguments=()):
     """Give a rig whose node runs; end it."""
     rig = Rig(context, directory, parameters, arguments)
     try:
-        rig.wait(lambda: rig.status('node')[0] is not None)
+        rig.wait(lambda: rig.status('node')[0] is not None
+                 and NODE in rig.node.get_node_names())
         yield rig
     finally:
         rig.close()
