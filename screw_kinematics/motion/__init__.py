@@ -8,8 +8,10 @@ from screw_kinematics.motion.finite_differences import FiniteDifferences
 from screw_kinematics.motion.guarded_estimator import GuardedEstimator
 from screw_kinematics.motion.joint_motion import JointMotion, RateEstimator
 from screw_kinematics.motion.savitzky_golay import SavitzkyGolay
+from screw_kinematics.motion.smoother import smooth, SmoothedMotion
 
 __all__ = [
     'ESTIMATORS', 'FiniteDifferences', 'FixedKalmanFilter', 'GuardedEstimator', 'JointMotion',
-    'MotionEstimator', 'RateEstimator', 'SavitzkyGolay', 'make_estimator',
+    'MotionEstimator', 'RateEstimator', 'SavitzkyGolay', 'SmoothedMotion',
+    'make_estimator', 'smooth',
 ]

@@ -19,6 +19,9 @@ START = 0.0
 REFUSED = -1.0
 """Returned by `SampleGuard.admit` for a sample that must not be used."""
 
+LARGEST = 1e6
+"""Positions beyond this (rad or m) cannot be differentiated in double precision."""
+
 
 class SampleGuard:
     """
@@ -102,7 +105,7 @@ class SampleGuard:
                 step -= np.where(self._wraps, 2 * np.pi * np.rint(step / (2 * np.pi)), 0.0)
             limit = self.max_velocity * dt + self.max_jump
             # The norm bounds each component, and is NaN if any is: one number settles most cases.
-            if step.dot(step) <= limit * limit or np.abs(step).max() <= limit:
+            if math.hypot(*step.tolist()) <= limit or np.abs(step).max() <= limit:
                 if self._wraps is not None:
                     self.position = self.position + step
                 else:
@@ -121,6 +124,8 @@ class SampleGuard:
             return self._refuse('wrong_length')
         if not np.isfinite(position).all():
             return self._refuse('nan_position')
+        if np.abs(position).max() > LARGEST:
+            return self._refuse('implausible_position')
         if math.isnan(self._stamp):
             return self._start(stamp, position)
         if dt <= self._shortest:

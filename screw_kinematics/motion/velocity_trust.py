@@ -40,6 +40,9 @@ BLOCK, BLOCK_TIME, LONGEST_BLOCK = 8, 0.02, 64
 FIRST_BLOCKS = 12
 """The blocks from which the noise is first known."""
 
+LARGEST = 1e6
+"""Velocities beyond this (rad/s or m/s) count as not measured."""
+
 CHANGE = 2.5
 """The ratio of variances is left as it is while the new one is within this factor."""
 
@@ -99,10 +102,13 @@ class VelocityTrust:
         """
         if velocity is None:
             return None, None
+        velocity = velocity.copy()
+        whole = math.hypot(*velocity.tolist()) < LARGEST
+        if not whole:
+            velocity[~(np.abs(velocity) < LARGEST)] = np.nan
         samples = self._samples
         if samples and stamp - samples[-1][0] > PAUSE:
             samples.clear()
-        velocity = velocity.copy()
         samples.append((stamp, position, velocity))
         self._fresh += 1
         if self._fresh >= BLOCK and (
@@ -116,7 +122,7 @@ class VelocityTrust:
         ratio = self.ratio
         if ratio is None:
             return None, None
-        if not math.isfinite(velocity.dot(velocity)):
+        if not whole:
             measured = np.isfinite(velocity)
             velocity = np.where(measured, velocity, 0.0)
             if (np.isfinite(ratio) & ~measured).any():

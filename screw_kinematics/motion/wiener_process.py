@@ -58,7 +58,8 @@ def _noise_terms(order: int) -> tuple[Array, Array]:
     return coefficient, exponent
 
 
-_NOISE = {order: _noise_terms(order) for order in (3, 4)}
+NOISE_TERMS = {order: _noise_terms(order) for order in (3, 4)}
+"""Coefficients and exponents of dt of the process noise, by order of the model."""
 
 
 def process_noise(order: int, dt: float) -> Array:
@@ -77,5 +78,5 @@ def process_noise(order: int, dt: float) -> Array:
     Shape (4, 4), of scaled states, per unit of the noise's spectral density.
 
     """
-    coefficient, exponent = _NOISE[order]
+    coefficient, exponent = NOISE_TERMS[order]
     return coefficient * dt**exponent

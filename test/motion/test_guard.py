@@ -74,6 +74,7 @@ def test_one_outlier_leaves_no_trace(estimator):
 @pytest.mark.parametrize(('position', 'reason'), [
     ((0.0, math.nan), 'nan_position'),
     ((math.inf, 0.0), 'nan_position'),
+    ((1e7, 0.0), 'implausible_position'),
     ((0.0,), 'wrong_length'),
     ((0.0, 0.0, 0.0), 'wrong_length'),
 ])
@@ -82,6 +83,12 @@ def test_bad_positions_are_refused(estimator, position, reason):
     assert estimator.last_outcome == f'refused: {reason}'
     assert estimator.last_refusal == reason
     assert estimator.update(0.202, np.zeros(2)) is not None
+
+
+def test_a_run_does_not_begin_with_an_absurd_position():
+    estimator = MotionEstimator(1)
+    estimator.update(0.0, np.array([1e300]))
+    assert estimator.last_outcome == 'refused: implausible_position'
 
 
 def test_stamp_that_is_no_number_is_refused(estimator):

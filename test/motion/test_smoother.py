@@ -1,0 +1,90 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Laws of the smoother of recorded samples."""
+
+from motions import acceleration_error, run, samples, sines
+import numpy as np
+import pytest
+
+from screw_kinematics.errors import InvalidValueError, ShapeError
+from screw_kinematics.motion import MotionEstimator, smooth
+
+RATE = 250
+
+
+def error_of(motion, result, settled=0.3):
+    late = (result.stamps > settled) & (result.stamps < result.stamps[-1] - settled)
+    return np.sqrt(np.mean((result.acceleration - motion(result.stamps)[2])[late] ** 2))
+
+
+def test_exact_on_cubics():
+    stamps = np.cumsum(np.random.default_rng(0).uniform(0.5, 1.5, 1500)) / RATE
+    cubic = np.polynomial.Polynomial([0.3, 0.4, -0.3, 0.05])
+    result = smooth(stamps, cubic(stamps)[:, None])
+    middle = slice(300, -300)
+    for order, row in enumerate([result.position, result.velocity, result.acceleration]):
+        truth = cubic.deriv(order)(result.stamps)
+        np.testing.assert_allclose(row[middle, 0], truth[middle], atol=10.0 ** (3 * order - 10))
+
+
+def test_better_than_any_delay_and_consistent():
+    motion = sines(3, 5)
+    stamps, positions = samples(motion, RATE, 8.0, 3)
+    result = smooth(stamps, positions)
+    claimed, states, _ = run(MotionEstimator(5, delay=0.05), stamps, positions)
+    assert error_of(motion, result) < acceleration_error(motion, claimed, states)
+    inner = slice(200, -200)
+    errors = result.acceleration - motion(result.stamps)[2]
+    ratio = np.mean((errors**2 / result.variance[:, 2])[inner])
+    assert 0.2 < ratio < 1.6
+
+
+def test_pieces_leave_no_seam(monkeypatch):
+    motion = sines(4, 2)
+    stamps, positions = samples(motion, RATE, 12.0, 4)
+    whole = smooth(stamps, positions)
+    monkeypatch.setattr('screw_kinematics.motion.smoother.CORE', 500)
+    pieces = smooth(stamps, positions)
+    apart = np.abs(pieces.acceleration - whole.acceleration) / np.sqrt(whole.variance[:, 2])
+    assert apart.max() < 0.1
+
+
+def test_velocity_helps_and_a_wrong_one_does_no_harm():
+    motion = sines(5, 3)
+    stamps, positions = samples(motion, RATE, 6.0, 5, resolution=1e-4)
+    rng = np.random.default_rng(5)
+    good = motion(stamps)[1] + 2e-3 * rng.normal(size=positions.shape)
+    without = error_of(motion, smooth(stamps, positions))
+    assert error_of(motion, smooth(stamps, positions, good)) < 0.9 * without
+    for wrong in (0 * good, -good, np.full_like(good, np.nan), motion(stamps - 5e-3)[1]):
+        assert error_of(motion, smooth(stamps, positions, wrong)) < 1.1 * without
+
+
+def test_bad_samples_are_left_out_and_gaps_divide():
+    motion = sines(6, 2)
+    stamps, positions = samples(motion, RATE, 6.0, 6)
+    clean = smooth(np.delete(stamps, slice(700, 900)), np.delete(positions, slice(700, 900), 0))
+    messy_stamps = np.insert(stamps, 300, stamps[299])
+    messy = np.insert(positions, 300, positions[299], axis=0)
+    messy_stamps, messy = np.insert(messy_stamps, 400, stamps[399]), np.insert(messy, 400, 9., 0)
+    keep = np.r_[:702, 902:len(messy)]
+    result = smooth(messy_stamps[keep], messy[keep])
+    assert result.used.sum() == len(result.stamps) == len(clean.stamps)
+    np.testing.assert_allclose(result.acceleration, clean.acceleration, rtol=1e-9)
+
+
+def test_continuous_joint_is_unwrapped():
+    stamps = np.arange(1000) / RATE
+    wrapped = (3.0 * stamps + np.pi) % (2 * np.pi) - np.pi
+    result = smooth(stamps, wrapped[:, None], continuous=[True])
+    np.testing.assert_allclose(result.position[:, 0], 3.0 * stamps, atol=1e-9)
+    np.testing.assert_allclose(result.velocity[100:-100, 0], 3.0, atol=1e-7)
+
+
+def test_wrong_arguments_are_named():
+    with pytest.raises(ShapeError, match=r'positions: expected shape \(3, n\), got \(2, 1\)'):
+        smooth(np.arange(3), np.zeros((2, 1)))
+    with pytest.raises(ShapeError, match=r'velocities: expected shape \(3, 1\)'):
+        smooth(np.arange(3), np.zeros((3, 1)), np.zeros((3, 2)))
+    with pytest.raises(InvalidValueError, match='no run of at least 8 good ones'):
+        smooth(np.arange(3) * 0.01, np.zeros((3, 1)))
