@@ -11,13 +11,15 @@ from typing import Any
 import numpy as np
 
 from screw_kinematics.errors import InvalidValueError
+from screw_kinematics.motion.compiled import load
 from screw_kinematics.motion.filter_bank import BANDWIDTHS, FilterBank
-from screw_kinematics.motion.fixed_lag import FixedLag
+from screw_kinematics.motion.fixed_lag import FixedLag, Parts
 from screw_kinematics.motion.guarded_estimator import GuardedEstimator
 from screw_kinematics.motion.joint_motion import Array, JointMotion
 from screw_kinematics.motion.mixture import mixture_covariance
 from screw_kinematics.motion.pace import Pace
 from screw_kinematics.motion.sampling_clock import SamplingClock
+from screw_kinematics.motion.steady_steps import Snapshot
 from screw_kinematics.motion.velocity_trust import VelocityTrust
 from screw_kinematics.motion.wiener_process import SCALE, transition
 
@@ -69,6 +71,7 @@ class MotionEstimator(GuardedEstimator):
         self.keep_gains = keep_gains
         self._bank = self._make_bank(window)
         self._lag = FixedLag(self.delay) if self.delay > 0 else None
+        self._bank.remember = self._lag is not None
         self._pace = Pace()
         self._count = 0
         self._clock = SamplingClock() if regularise else None
@@ -107,27 +110,45 @@ class MotionEstimator(GuardedEstimator):
         bank = self._bank
         step = bank.step(
             dt, self._pace.period, self._pace.reference, position, velocity, ratio)
-        weights = bank.weights
-        if self._lag is None:
+        if step is None:
             if self._count < self.min_samples:
                 return None
-            x, p = bank.x, bank.p
-            state = np.einsum('mn,kmn->kn', weights, x)
-            state *= PHYSICAL
             return JointMotion(
-                stamp, state, partial(self._covariance, weights, bank.noise, x, p))
+                stamp, bank.mean * PHYSICAL, partial(self._covariance, bank.snapshot()))
+        assert self._lag is not None
         self._lag.push(stamp, step, bank.steady)
         wanted = stamp - self.delay
-        smoothed = self._lag.smooth(wanted, weights)
+        smoothed = self._lag.smooth(wanted, bank.weights)
         if smoothed is None or self._count < self.min_samples:
             return None
         time, mean, parts = smoothed
         onward = transition(wanted - time)
         state = onward.dot(mean)
         state *= PHYSICAL
-        noise = bank.noise
-        return JointMotion(wanted, state, lambda: self._covariance(
-            weights, noise, *parts(), onward))
+        return JointMotion(
+            wanted, state, partial(self._covariance, bank.snapshot(), parts, onward))
+
+    def warm_up(self) -> None:
+        """Compile the steady steps where Numba is installed; without, nothing changes."""
+        kernels = load()
+        self._bank.kernels = kernels
+        if self._lag is not None:
+            self._lag.kernels = kernels
+        if kernels is not None:
+            self._exercise()
+
+    def _exercise(self) -> None:
+        """Run on made-up samples, so that the compiled functions are ready for the real ones."""
+        trial = MotionEstimator(self.n_joints, self.delay)
+        trial._bank.kernels = self._bank.kernels
+        if trial._lag is not None and self._lag is not None:
+            trial._lag.kernels = self._lag.kernels
+        rng = np.random.default_rng(0)
+        time = 0.0
+        while trial._bank.steady is None or time < trial.delay + 0.2:
+            velocity = np.full(self.n_joints, 0.5)
+            time += 2e-3
+            trial.update(time, velocity * time + 1e-5 * rng.normal(size=self.n_joints))
 
     @property
     def velocity_used(self) -> Array:
@@ -156,9 +177,16 @@ class MotionEstimator(GuardedEstimator):
         return found
 
     def _covariance(
-        self, weights: Array, noise: Array, x: Array, p: Array, onward: Array | None = None
+        self, snapshot: Snapshot, parts: Parts | None = None, onward: Array | None = None
     ) -> Array:
-        return mixture_covariance(weights, noise, x, p, onward)
+        weights, noise, x, p = snapshot()
+        if parts is not None:
+            x, p = parts()
+        return mixture_covariance(weights, self._noise(noise), x, p, onward)
+
+    def _noise(self, estimated: Array) -> Array:
+        """Return the variance that the unit of the filters' covariances stands for."""
+        return estimated
 
 
 class FixedKalmanFilter(MotionEstimator):
@@ -196,8 +224,5 @@ class FixedKalmanFilter(MotionEstimator):
     def _make_bank(self, window: float) -> FilterBank:
         return FilterBank(self.n_joints, {4: (self.bandwidth,)}, window, self.keep_gains)
 
-    def _covariance(
-        self, weights: Array, noise: Array, x: Array, p: Array, onward: Array | None = None
-    ) -> Array:
-        known = np.full_like(noise, self.position_noise**2)
-        return mixture_covariance(weights, known, x, p, onward)
+    def _noise(self, estimated: Array) -> Array:
+        return np.full_like(estimated, self.position_noise**2)

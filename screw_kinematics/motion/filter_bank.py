@@ -11,6 +11,7 @@ import numpy as np
 
 from screw_kinematics.motion.filter_step import Innovation, SteadyGains, Step
 from screw_kinematics.motion.joint_motion import Array
+from screw_kinematics.motion.steady_steps import FLOOR, SteadySteps
 from screw_kinematics.motion.wiener_process import process_noise, SCALE, TIME_UNIT, transition
 
 BANDWIDTHS = {4: tuple(1.5 * 1.6**k for k in range(12)), 3: (30.0, 60.0, 120.0)}
@@ -22,17 +23,11 @@ DENSITY_CAP = {4: (2.5e10, 7), 3: (2e9, 5)}
 PRIOR_DEVIATION = np.array([1.0, 2e5, 1.5e6, 3e7])
 """Prior deviation of (q, q', q'', q''') in units of the position noise, per s, s^2, s^3."""
 
-FLOOR = 1e-26
-"""Added to mean squares before their logarithm, rad^2: far below any measured noise."""
-
 CHECK = 8
 """Steps between looks at the gains."""
 
 CONVERGED = 3e-3
 """Gains that change by less than this over `CHECK` steps are kept, ..."""
-
-REWEIGH = 4e-3
-"""Time between renewals of the weights while the gains are kept, s; a part of their memory."""
 
 RETURNED = 1e-2
 """... and come back into use after a missing sample when they are met again this closely."""
@@ -42,7 +37,7 @@ def _close(a: Array, b: Array, tolerance: float) -> bool:
     return a.shape == b.shape and bool((np.abs(a - b) <= tolerance * np.abs(b)).all())
 
 
-class FilterBank:
+class FilterBank(SteadySteps):
     """
     Integrated-Wiener Kalman filters side by side, for all joints at once.
 
@@ -71,8 +66,7 @@ class FilterBank:
         self, n_joints: int, bandwidths: Mapping[int, Sequence[float]], window: float,
         keep_gains: bool = True,
     ) -> None:
-        self.n_joints = n_joints
-        self.window = window
+        super().__init__(n_joints, window)
         self.keep_gains = keep_gains
         order = np.array([n for n, f in bandwidths.items() for _ in f])
         omega = 2 * np.pi * np.array([f for fs in bandwidths.values() for f in fs])
@@ -81,40 +75,40 @@ class FilterBank:
         self.n_filters = len(order)
         self.steady: SteadyGains | None = None
         self._kept: SteadyGains | None = None
+        self._checked: Array | None = None
 
     def start(self, position: Array) -> None:
         """Begin a run at a position."""
+        self.steady = None
+        self._checked = None
+        self._clear()
         m, n = self.n_filters, self.n_joints
-        self.x = np.zeros((4, m, n))
-        self.x[0] = position
+        self._x = np.zeros((4, m, n))
+        self._x[0] = position
         self.p = np.zeros((4, 4, m, 1))
         for i in range(4):
             self.p[i, i] = (PRIOR_DEVIATION[i] * SCALE[i]) ** 2
         self.p[3, 3, :, 0] *= self._has_jerk
-        self.noise = np.zeros((m, n))
+        self._noise = np.zeros((m, n))
         self._velocity_noise = np.ones((m, n))
         self._log_s = np.zeros((m, 1))
         self._log_s_velocity = np.zeros((m, 1))
-        self._span = 0.0
         self._steps = 0
-        self._unweighed: list[tuple[float, Step]] = []
-        self._unweighed_time = 0.0
-        self.weights = np.full((m, n), 1 / m)
-        self.release()
+        self._weights = np.full((m, n), 1 / m)
 
     def release(self) -> None:
         """Let the gains go again."""
-        if self.steady is not None:
-            if self._unweighed:
-                self._reweigh_steady(self.steady)
-            self._log_s, self._log_s_velocity = self.steady.log_s, self.steady.log_s_velocity
+        steady = self.steady
+        if steady is not None:
+            self._bring_home(steady)
+            self._log_s, self._log_s_velocity = steady.log_s, steady.log_s_velocity
         self.steady = None
-        self._checked: Array | None = None
+        self._checked = None
 
     def step(
         self, dt: float, period: float, reference: float, position: Array,
         velocity: Array | None, ratio: Array | None,
-    ) -> Step:
+    ) -> Step | None:
         """
         Predict by `dt`, update with a sample, reweigh.
 
@@ -141,18 +135,18 @@ class FilterBank:
                 return self._steady_step(steady, dt, position, velocity)
             self.release()
         f = transition(dt)
-        x = f.dot(self.x.reshape(4, -1)).reshape(self.x.shape)
+        x = f.dot(self._x.reshape(4, -1)).reshape(self._x.shape)
         if ratio is not None and self.p.shape[3] == 1:
             self.p = np.repeat(self.p, self.n_joints, axis=3)
         if 0.5 * reference < dt < 1.5 * reference:
             p = self._predict_covariance(transition(reference), reference, reference)
         else:
             p = self._predict_covariance(f, dt, reference or period)
-        step = self._update(f, x, p, position, velocity, ratio)
+        step = self._update(dt, x, p, position, velocity, ratio)
         self._reweigh(step, dt, ratio)
         if reference and self._steps % CHECK == 0:
             self._settle(step, reference, ratio)
-        return step
+        return step if self.remember else None
 
     def _predict_covariance(self, f: Array, dt: float, period: float) -> Array:
         shape = self.p.shape
@@ -165,10 +159,10 @@ class FilterBank:
         return p
 
     def _update(
-        self, f: Array, x: Array, p: Array, position: Array, velocity: Array | None,
+        self, dt: float, x: Array, p: Array, position: Array, velocity: Array | None,
         ratio: Array | None,
     ) -> Step:
-        predicted = (f, x, p)
+        predicted = (dt, x, p)
         precision = 1.0 / (p[0, 0] + 1.0)
         gain = p[:, 0] * precision
         error = position - x[0]
@@ -187,7 +181,7 @@ class FilterBank:
             of_velocity = Innovation(gain, precision, error)
         if self._steps % CHECK == 0:
             p = 0.5 * (p + p.transpose(1, 0, 2, 3))
-        self.x, self.p = x, p
+        self._x, self.p = x, p
         return Step(*predicted, of_position, of_velocity)
 
     def _reweigh(self, step: Step, dt: float, ratio: Array | None) -> None:
@@ -195,9 +189,9 @@ class FilterBank:
         forget = max(1.0 - math.exp(-dt / self.window), 1.0 / self._steps)
         self._span = (1.0 - forget) * self._span + 1.0
         _, precision, error = step.position
-        self.noise = self.noise + forget * (error**2 * precision - self.noise)
+        self._noise = self._noise + forget * (error**2 * precision - self._noise)
         self._log_s = self._log_s - forget * (np.log(precision) + self._log_s)
-        score = np.log(self.noise + FLOOR) + self._log_s
+        score = np.log(self._noise + FLOOR) + self._log_s
         if step.velocity is not None and ratio is not None:
             _, precision, error = step.velocity
             self._velocity_noise = self._velocity_noise + forget * (
@@ -208,7 +202,8 @@ class FilterBank:
                 np.log(self._velocity_noise + FLOOR) + self._log_s_velocity)
         score = score - score.min(axis=0)
         weights = np.exp(-0.5 * self._span * score)
-        self.weights = weights / weights.sum(axis=0)
+        self._weights = weights = weights / weights.sum(axis=0)
+        self.mean = np.einsum('mn,kmn->kn', weights, self._x)
 
     def _settle(self, step: Step, reference: float, ratio: Array | None) -> None:
         """Keep the gains if they have converged."""
@@ -225,65 +220,13 @@ class FilterBank:
         log_s = -np.log(step.position.precision)
         log_s_velocity = np.zeros((1, 1)) if ratio is None else np.log1p(self._spread)
         used = 0.0 if ratio is None else np.isfinite(ratio).astype(float)
+        constant = log_s + used * log_s_velocity
+        table = np.concatenate([step.position.gain, [step.position.precision, constant]])
+        velocity_table = np.empty((0, *table.shape[1:]))
+        if step.velocity is not None:
+            flags = np.broadcast_to(used, constant.shape)
+            velocity_table = np.concatenate(
+                [step.velocity.gain, [step.velocity.precision, flags]])
         self.steady = self._kept = SteadyGains(
-            reference, ratio, step, gain, log_s, log_s_velocity, used,
-            log_s + used * log_s_velocity)
-
-    def _steady_step(
-        self, steady: SteadyGains, dt: float, position: Array, velocity: Array | None
-    ) -> Step:
-        f = transition(dt)
-        predicted = f.dot(self.x.reshape(4, -1)).reshape(self.x.shape)
-        gain, precision, _ = steady.step.position
-        error = position - predicted[0]
-        of_position, of_velocity = Innovation(gain, precision, error), None
-        x = gain * error
-        x += predicted
-        if velocity is not None and steady.step.velocity is not None:
-            gain, precision, _ = steady.step.velocity
-            error = velocity * TIME_UNIT - x[1]
-            of_velocity = Innovation(gain, precision, error)
-            x += gain * error
-        self.x = x
-        step = Step(f, predicted, steady.step.covariance, of_position, of_velocity)
-        self._unweighed.append((dt, step))
-        self._unweighed_time += dt
-        if self._unweighed_time >= REWEIGH:
-            self._reweigh_steady(steady)
-        return step
-
-    def _reweigh_steady(self, steady: SteadyGains) -> None:
-        """Do for all steps since the last time at once what `_reweigh` does for one."""
-        steps, self._unweighed, self._unweighed_time = self._unweighed, [], 0.0
-        shares, share = [], 1.0
-        for dt, _ in reversed(steps):
-            kept = math.exp(-dt / self.window)
-            shares.append((1.0 - kept) * share)
-            share *= kept
-        for dt, _ in steps:
-            self._span = math.exp(-dt / self.window) * self._span + 1.0
-        of_steps = np.array(shares[::-1])
-
-        def mean(old: Array, errors: Array, precision: Array) -> Array:
-            errors *= errors
-            new = of_steps.dot(errors.reshape(len(steps), -1)).reshape(old.shape)
-            new *= precision
-            new += share * old
-            return new
-
-        self.noise = noise = mean(
-            self.noise, np.array([step.position.error for _, step in steps]),
-            steady.step.position.precision)
-        score = np.log(noise + FLOOR)
-        if steady.step.velocity is not None:
-            self._velocity_noise = noise = mean(
-                self._velocity_noise,
-                np.array([step.velocity.error for _, step in steps if step.velocity]),
-                steady.step.velocity.precision)
-            score += steady.used * np.log(noise + FLOOR)
-        score += steady.log_constant
-        score -= score.min(axis=0)
-        score *= -0.5 * self._span
-        weights = np.exp(score, out=score)
-        weights /= weights.sum(axis=0)
-        self.weights = weights
+            reference, ratio, step, gain, log_s, log_s_velocity, used, constant,
+            table, velocity_table)

@@ -25,8 +25,8 @@ class Innovation(NamedTuple):
 class Step(NamedTuple):
     """One step of the bank, as smoothing needs it."""
 
-    transition: Array
-    """From the step before, shape (4, 4)."""
+    dt: float
+    """Time since the step before, s."""
 
     state: Array
     """Predicted scaled states, shape (4, M, n)."""
@@ -63,3 +63,9 @@ class SteadyGains(NamedTuple):
 
     log_constant: Array
     """The constant part of the likelihood's score."""
+
+    table: Array
+    """Gains, precision and constant for compiled code, shape (6, M, g)."""
+
+    velocity_table: Array
+    """Gains, precision and `used` of the velocity, shape (6, M, n), or (0, M, g) if none is."""

@@ -9,6 +9,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from screw_kinematics.motion.compiled import Kernels
 from screw_kinematics.motion.filter_step import Innovation, SteadyGains, Step
 from screw_kinematics.motion.joint_motion import Array
 from screw_kinematics.motion.wiener_process import transition
@@ -103,6 +104,7 @@ class FixedLag:
         self._steady: SteadyGains | None = None
         self._run = 0
         self._place = -1
+        self.kernels: Kernels | None = None
 
     def start(self) -> None:
         """Forget the run."""
@@ -158,8 +160,14 @@ class FixedLag:
             state, _ = carry_back(since, covariance=False)
             return time, np.einsum('mn,kmn->kn', weights, state), lambda: carry_back(since)
         mean = np.einsum('mn,kmn->kn', weights, step.state)
-        mean += taps.correction(
-            weights, self._errors[:, self._place - count + 1:self._place + 1])
+        begin = self._place - count + 1
+        if self.kernels is not None:
+            correction = self.kernels.correction
+            correction(mean, taps.position, self._errors[0], begin, count, weights)
+            if taps.velocity is not None:
+                correction(mean, taps.velocity, self._errors[1], begin, count, weights)
+        else:
+            mean += taps.correction(weights, self._errors[:, begin:self._place + 1])
         return time, mean, lambda: (
             carry_back(since, covariance=False)[0], step.covariance - taps.reduction[count - 1])
 
@@ -188,7 +196,7 @@ def carry_back(
         if step.velocity is not None:
             _observe(1, step.velocity, adjoint, information)
         _observe(0, step.position, adjoint, information)
-        back = step.transition.T
+        back = transition(step.dt).T
     first = steps[0][1]
     state = first.state + (first.covariance * adjoint).sum(axis=1)
     if information is None:

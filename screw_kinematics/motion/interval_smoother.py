@@ -7,16 +7,18 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
-from screw_kinematics.motion.filter_bank import DENSITY_CAP, FLOOR, PRIOR_DEVIATION
+from screw_kinematics.motion.filter_bank import DENSITY_CAP, PRIOR_DEVIATION
 from screw_kinematics.motion.joint_motion import Array
+from screw_kinematics.motion.steady_steps import FLOOR
 from screw_kinematics.motion.wiener_process import NOISE_TERMS, SCALE, TIME_UNIT
 
-BANDWIDTHS = 1.5 * 2.1 ** np.arange(7)
+BANDWIDTHS = 1.5 * 1.8 ** np.arange(9)
 """Bandwidths of the filters, Hz; smoothing asks less of them than filtering."""
 
 WINDOW = 0.1
-"""Memory of the likelihood to either side of an instant, s."""
+"""How far to either side of an instant the filters are compared, s."""
 
 Piece = tuple[int, int, int, int]
 
@@ -73,6 +75,21 @@ def _propagate_back(x: Array, r: Array) -> None:
     x[1] += r * x[0]
 
 
+def _around(x: Array, share: Array) -> Array:
+    """Return at each instant the sum over time of x, fading to either side by `share` a step."""
+    total = x.copy()
+    for order in (range(len(x)), range(len(x) - 1, -1, -1)):
+        faded = np.zeros_like(x[0])
+        for k in order:
+            if order.step > 0:
+                faded *= share[k]
+            total[k] += faded
+            faded += x[k]
+            if order.step < 0:
+                faded *= share[k]
+    return total
+
+
 class _Smoother:
     """
     Modified Bryson-Frazier smoother for C pieces of T samples with M filters of n joints.
@@ -81,7 +98,8 @@ class _Smoother:
     """
 
     def __init__(
-        self, t: Array, q: Array, v: Array | None, ratio: Array | None, valid: Array
+        self, t: Array, q: Array, v: Array | None, ratio: Array | None,
+        valid: NDArray[np.bool_],
     ) -> None:
         self.q, self.v, self.ratio, self.valid = q, v, ratio, valid
         self.dt = np.diff(t, axis=0, prepend=t[:1])
@@ -95,20 +113,20 @@ class _Smoother:
         self.p = np.empty((length, 4, 4, m, pieces, g))
         self.channels = [(0, q, np.ones(1))] if v is None or ratio is None else [
             (0, q, np.ones(1)), (1, v, ratio)]
+        self.variance = np.empty((length, 4, m, pieces, g))
         self.gain = np.empty((len(self.channels), length, 4, m, pieces, g))
         self.weighted = np.empty((len(self.channels), length, m, pieces, n))
         self.precision = np.empty((len(self.channels), length, m, pieces, g))
-        self.past = np.empty((len(self.channels), length, m, pieces, n))
-        self.log_s = np.empty((len(self.channels), length, m, pieces, g))
-        self.span = np.empty((length, pieces, 1))
 
     def run(self) -> tuple[Array, Array]:
         """Return states and variances in physical units, shapes (T, 4, C, n)."""
         self._forward()
-        return self._backward()
+        self._backward()
+        return self._mix()
 
     def _forward(self) -> None:
-        length, pieces, n = self.q.shape
+        """Filter; remember predictions, gains and innovations."""
+        length = len(self.q)
         x = np.zeros(self.x.shape[1:])
         x[0] = self.q[0]
         p = np.zeros(self.p.shape[1:])
@@ -116,9 +134,6 @@ class _Smoother:
             p[i, i] = (PRIOR_DEVIATION[i] * SCALE[i]) ** 2
         coefficient, exponent = NOISE_TERMS[4]
         cap, power = DENSITY_CAP[4]
-        square = np.zeros(self.past.shape[:1] + self.past.shape[2:])
-        log_s = np.zeros(self.log_s.shape[:1] + self.log_s.shape[2:])
-        span = np.zeros((pieces, 1))
         for k in range(length):
             dt = self.dt[k]
             if k:
@@ -131,36 +146,22 @@ class _Smoother:
                 density = np.minimum(self.density, cap / np.maximum(dt, 1e-9) ** power)
                 p = p + (noise[:, :, None] * density)[..., None]
             self.x[k], self.p[k] = x, p
-            forget = (1.0 - np.exp(-dt / WINDOW) if k else np.ones(pieces))[:, None]
-            span = (1.0 - forget) * span + self.valid[k][:, None]
-            self.span[k] = span
             for c, (i, measured, variance) in enumerate(self.channels):
-                spread = p[i, i]
-                precision = self.valid[k][:, None] / (spread + variance)
+                precision = self.valid[k][:, None] / (p[i, i] + variance)
                 gain = p[:, i] * precision
                 error = measured[k] - x[i]
                 self.gain[c, k], self.precision[c, k] = gain, precision
-                self.weighted[c, k] = weighted = error * precision
-                share = forget if k > 8 else max(1.0 / (k + 1), 0.0)
-                square[c] += share * (error * weighted - square[c])
-                log_s[c] += share * (np.log1p(spread / variance) - log_s[c])
-                self.past[c, k], self.log_s[c, k] = square[c], log_s[c]
+                self.weighted[c, k] = error * precision
                 x = x + gain * error
                 p = p - gain[:, None] * p[i]
             p = 0.5 * (p + p.swapaxes(0, 1))
 
-    def _backward(self) -> tuple[Array, Array]:
-        length, pieces, n = self.q.shape
-        state = np.empty((length, 4, pieces, n))
-        variance = np.empty_like(state)
+    def _backward(self) -> None:
+        """Replace predicted by smoothed states, and find their variances."""
         adjoint = np.zeros(self.x.shape[1:])
         information = np.zeros(self.p.shape[1:])
-        square = np.zeros(self.past.shape[:1] + self.past.shape[2:])
-        log_s = np.zeros(self.log_s.shape[:1] + self.log_s.shape[2:])
-        span = np.zeros((pieces, 1))
-        for k in range(length - 1, -1, -1):
-            x, p = self.x[k], self.p[k]
-            weights, noise = self._weigh(k, square, log_s, span)
+        for k in range(len(self.x) - 1, -1, -1):
+            p = self.p[k]
             for c in reversed(range(len(self.channels))):
                 i = self.channels[c][0]
                 gain, precision = self.gain[c, k], self.precision[c, k]
@@ -168,48 +169,40 @@ class _Smoother:
                 information[i] -= (gain[:, None] * information).sum(axis=0)
                 information[:, i] -= (gain * information).sum(axis=1)
                 information[i, i] += precision
-            smoothed = x + (p * adjoint).sum(axis=1)
-            mean = (weights * smoothed).sum(axis=1)
-            state[k] = mean
+            self.x[k] += (p * adjoint).sum(axis=1)
             carried = (p[:, :, None] * information[None]).sum(axis=1)
-            within = np.stack([p[i, i] - (carried[i] * p[:, i]).sum(axis=0) for i in range(4)])
-            apart = smoothed - mean[:, None]
-            variance[k] = (weights * (np.maximum(within, 0.0) * noise + apart * apart)).sum(axis=1)
-            # What follows an instant weighs as much as what precedes it.
-            forget = (1.0 - np.exp(-self.dt[k] / WINDOW) if k else np.ones(pieces))[:, None]
-            forget = np.where(span > 0, forget, 1.0) * self.valid[k][:, None]
-            span = (1.0 - forget) * span + self.valid[k][:, None]
-            for c in range(len(self.channels)):
-                error_square = self.weighted[c, k] ** 2 / np.maximum(self.precision[c, k], 1e-300)
-                square[c] += forget * (error_square - square[c])
-                log_s[c] += forget * (self._log_s_at(c, k) - log_s[c])
+            for i in range(4):
+                self.variance[k, i] = p[i, i] - (carried[i] * p[:, i]).sum(axis=0)
             if k:
                 r = (self.dt[k] / TIME_UNIT)[:, None]
                 _propagate_back(adjoint, r)
                 _propagate_back(information, r)
                 information = information.swapaxes(0, 1)
                 _propagate_back(information, r)
-        scale = 1.0 / SCALE[:, None, None]
-        return state * scale, variance * scale**2
 
-    def _log_s_at(self, c: int, k: int) -> Array:
-        i, _, variance = self.channels[c]
-        return np.log1p(self.p[k, i, i] / variance)  # type: ignore[no-any-return]
-
-    def _weigh(
-        self, k: int, square: Array, log_s: Array, span: Array
-    ) -> tuple[Array, Array]:
-        """Return weights and noise variances from the likelihood on both sides of sample k."""
-        before = self.span[k]
-        both = np.maximum(before + span, 1e-9)
-        score: Array = np.zeros(self.past.shape[2:])
-        for c in range(len(self.channels)):
-            mean = (before * self.past[c, k] + span * square[c]) / both
-            log_mean = (before * self.log_s[c, k] + span * log_s[c]) / both
-            used = 1.0 if c == 0 or self.ratio is None else np.isfinite(self.ratio)
-            score = score + used * (np.log(mean + FLOOR) + log_mean)
-            if c == 0:
-                noise = mean
-        score = score - score.min(axis=0)
-        weights = np.exp(-0.5 * both * score)
-        return weights / weights.sum(axis=0), noise
+    def _mix(self) -> tuple[Array, Array]:
+        """Weigh the filters by how well they predicted the samples around each instant."""
+        share = (np.exp(-self.dt / WINDOW) * self.valid)[:, :, None]
+        span = np.maximum(_around(self.valid[:, :, None].astype(float), share), 1e-9)[:, None]
+        score: Array = np.zeros(self.weighted.shape[1:])
+        for c in reversed(range(len(self.channels))):
+            known = np.where(self.precision[c] > 0, self.precision[c], 1.0)
+            noise = _around(self.weighted[c] ** 2 / known, share) / span
+            fresh = np.log(noise + FLOOR) - _around(np.log(known), share) / span
+            score += fresh if c == 0 or self.ratio is None else np.where(
+                np.isfinite(self.ratio), fresh, 0.0)
+        score -= score.min(axis=1, keepdims=True)
+        score *= -0.5 * span
+        weights = np.exp(score)
+        weights /= weights.sum(axis=1, keepdims=True)
+        last = len(self.dt) - 1
+        state = np.empty((last + 1, 4, *self.q.shape[1:]))
+        variance = np.empty_like(state)
+        for i in range(4):
+            x = self.x[:, i]
+            mean = (weights * x).sum(axis=1)
+            x -= mean[:, None]
+            spread = np.maximum(self.variance[:, i], 0.0) * noise + x * x
+            state[:, i] = mean / SCALE[i]
+            variance[:, i] = (weights * spread).sum(axis=1) / SCALE[i] ** 2
+        return state, variance

@@ -22,7 +22,7 @@ OVERLAP = 0.4
 CORE = 1200
 """Samples of a piece without its overlaps."""
 
-BATCH = 32
+BATCH = 24
 """Pieces smoothed together; bounds the memory."""
 
 
@@ -127,7 +127,7 @@ def smooth(
         if progress is not None:
             progress(min(1.0, (first + BATCH) / len(pieces)))
     return SmoothedMotion(
-        times, *(state[:, i] for i in range(4)), variance=variance, used=used)
+        times, state[:, 0], state[:, 1], state[:, 2], state[:, 3], variance, used)
 
 
 def _admit(

@@ -30,6 +30,9 @@ SCALE = np.array([TIME_UNIT**i / factorial(i) for i in range(4)])
 """Scaled state = state * SCALE, component by component."""
 
 
+_IDENTITY = np.eye(4)
+
+
 def transition(dt: float) -> Array:
     """
     Return the transition matrix of scaled states over `dt` seconds, shape (4, 4).
@@ -42,9 +45,14 @@ def transition(dt: float) -> Array:
     """
     r = dt / TIME_UNIT
     r2 = r * r
-    return np.array([
-        (1.0, r, r2, r2 * r), (0.0, 1.0, 2 * r, 3 * r2), (0.0, 0.0, 1.0, 3 * r),
-        (0.0, 0.0, 0.0, 1.0)])
+    f = _IDENTITY.copy()    # filled by hand: building it from tuples takes longer than using it
+    f[0, 1] = r
+    f[0, 2] = r2
+    f[0, 3] = r2 * r
+    f[1, 2] = 2.0 * r
+    f[1, 3] = 3.0 * r2
+    f[2, 3] = 3.0 * r
+    return f
 
 
 def _noise_terms(order: int) -> tuple[Array, Array]:

@@ -6,7 +6,8 @@ from motions import acceleration_error, run, samples, sines
 import numpy as np
 import pytest
 
-from screw_kinematics.motion import FixedKalmanFilter, MotionEstimator, SavitzkyGolay
+from screw_kinematics.motion import (
+    FixedKalmanFilter, MotionEstimator, SavitzkyGolay, steady_steps)
 
 RATE = 500
 
@@ -84,7 +85,10 @@ def test_invariant_to_the_scale_of_a_joint():
 
 @pytest.mark.parametrize('delay', [0.0, 0.02])
 @pytest.mark.parametrize('measured', [False, True])
-def test_kept_gains_change_nothing_that_matters(delay, measured):
+@pytest.mark.parametrize(('reweigh', 'worst', 'typical'), [(0.0, 0.2, 0.02), (4e-3, 3.0, 0.1)])
+def test_kept_gains_change_nothing_that_matters(
+        delay, measured, reweigh, worst, typical, monkeypatch):
+    monkeypatch.setattr(steady_steps, 'REWEIGH', reweigh)
     motion = sines(4, 3)
     stamps, positions = samples(motion, RATE, 3.0, 4)
     velocities = None
@@ -97,8 +101,9 @@ def test_kept_gains_change_nothing_that_matters(delay, measured):
         MotionEstimator(3, delay=delay, keep_gains=False), stamps, positions, velocities)
     good = np.isfinite(variances[:, 0, 0])
     apart = np.abs(kept - exact)[good] / np.sqrt(variances[good])
-    assert apart.max() < 0.2      # of the estimate's own standard deviation
-    assert np.sqrt(np.mean(apart**2)) < 0.02
+    # In units of the estimate's own standard deviation.
+    assert apart.max() < worst
+    assert np.sqrt(np.mean(apart**2)) < typical
 
 
 def test_a_delay_is_honest_and_pays():
@@ -201,3 +206,24 @@ def test_results_are_read_only():
         motion.acceleration[0] = 1.0
     with pytest.raises(ValueError, match='read-only'):
         motion.covariance[0] = 1.0
+
+
+@pytest.mark.parametrize('delay', [0.0, 0.02])
+@pytest.mark.parametrize('measured', [False, True])
+def test_compiled_steps_change_nothing(delay, measured, monkeypatch):
+    monkeypatch.setattr(steady_steps, 'REWEIGH', 0.0)
+    pytest.importorskip('numba')
+    motion = sines(4, 3)
+    stamps, positions = samples(motion, RATE, 2.5, 4, jitter=0.1)
+    velocities = None
+    if measured:
+        rng = np.random.default_rng(4)
+        velocities = motion(stamps)[1] + 5e-3 * rng.normal(size=positions.shape)
+        velocities[600:620, 1] = np.nan      # gains are released and found again
+    compiled = MotionEstimator(3, delay=delay)
+    compiled.warm_up()
+    _, states, variances = run(compiled, stamps, positions, velocities)
+    _, expected, variances_expected = run(
+        MotionEstimator(3, delay=delay), stamps, positions, velocities)
+    np.testing.assert_allclose(states, expected, rtol=1e-7, atol=1e-7)
+    np.testing.assert_allclose(variances, variances_expected, rtol=1e-5)

@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from screw_kinematics.motion import filter_bank
+from screw_kinematics.motion import steady_steps
 from screw_kinematics.motion.filter_bank import BANDWIDTHS, FilterBank
 
 PERIOD, JOINTS, STEPS = 1e-3, 3, 2000
@@ -12,7 +12,7 @@ PERIOD, JOINTS, STEPS = 1e-3, 3, 2000
 
 def weights_of_a_run(monkeypatch, renewal, with_velocity):
     """Return the weights after each step, and whether they were renewed in it."""
-    monkeypatch.setattr(filter_bank, 'REWEIGH', renewal)
+    monkeypatch.setattr(steady_steps, 'REWEIGH', renewal)
     random = np.random.default_rng(7)
     t = PERIOD * np.arange(STEPS)[:, None]
     q = np.sin(3 * t + np.arange(JOINTS)) + random.normal(0, 1e-4, (STEPS, JOINTS))

@@ -1,0 +1,106 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The steady steps of bank and smoother as machine code (optional extra ``fast``)."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+import math
+from typing import Any, NamedTuple
+
+ROWS = 13
+"""Rows of a bank's record: 0-3 predicted states, 4-7 states, 8 innovation of the position, 9 of
+the velocity, 10 and 11 the mean squares of the two, 12 the weights."""
+
+
+class Kernels(NamedTuple):
+    """Compiled functions; see `load`."""
+
+    steady_step: Any
+    correction: Any
+
+
+@lru_cache(maxsize=1)
+def load() -> Kernels | None:
+    """
+    Return the compiled functions, or None where Numba is not installed.
+
+    The first call compiles (a second or two; the result is cached on disk), so it belongs to
+    configuration, not to the first message.
+    """
+    try:
+        from numba import njit
+    except ImportError:
+        return None
+
+    @njit(cache=True, error_model='numpy')
+    def steady_step(  # type: ignore[no-untyped-def]
+            old, new, mean, table, velocity_table, position, velocity, r, forget, span, floor):
+        """Do what `FilterBank._steady_step` does; tables hold gains, precision, constants."""
+        filters, joints = new.shape[1], new.shape[2]
+        groups = table.shape[2]
+        measured = velocity_table.shape[0] > 0
+        keep = 1.0 - forget
+        for j in range(joints):
+            g = j if groups > 1 else 0
+            best = math.inf
+            for m in range(filters):
+                x3 = old[7, m, j]
+                x2 = old[6, m, j] + 3.0 * r * x3
+                x1 = old[5, m, j] + r * (2.0 * old[6, m, j] + 3.0 * r * x3)
+                x0 = old[4, m, j] + r * (old[5, m, j] + r * (old[6, m, j] + r * x3))
+                new[0, m, j], new[1, m, j], new[2, m, j], new[3, m, j] = x0, x1, x2, x3
+                e = position[j] - x0
+                new[8, m, j] = e
+                x0 += table[0, m, g] * e
+                x1 += table[1, m, g] * e
+                x2 += table[2, m, g] * e
+                x3 += table[3, m, g] * e
+                square = keep * old[10, m, j] + forget * table[4, m, g] * e * e
+                new[10, m, j] = square
+                score = math.log(square + floor) + table[5, m, g]
+                if measured:
+                    e = velocity[j] - x1
+                    new[9, m, j] = e
+                    x0 += velocity_table[0, m, g] * e
+                    x1 += velocity_table[1, m, g] * e
+                    x2 += velocity_table[2, m, g] * e
+                    x3 += velocity_table[3, m, g] * e
+                    square = keep * old[11, m, j] + forget * velocity_table[4, m, g] * e * e
+                    new[11, m, j] = square
+                    if velocity_table[5, m, g] > 0.0:
+                        score += math.log(square + floor)
+                else:
+                    new[9, m, j] = 0.0
+                    new[11, m, j] = old[11, m, j]
+                new[4, m, j], new[5, m, j], new[6, m, j], new[7, m, j] = x0, x1, x2, x3
+                new[12, m, j] = score
+                best = min(best, score)
+            total = 0.0
+            for m in range(filters):
+                w = math.exp(-0.5 * span * (new[12, m, j] - best))
+                new[12, m, j] = w
+                total += w
+            total = 1.0 / total
+            for k in range(4):
+                mean[k, j] = 0.0
+            for m in range(filters):
+                w = new[12, m, j] * total
+                new[12, m, j] = w
+                for k in range(4):
+                    mean[k, j] += w * new[4 + k, m, j]
+
+    @njit(cache=True, error_model='numpy', fastmath={'reassoc', 'contract'})
+    def correction(mean, taps, errors, start, count, weights):  # type: ignore[no-untyped-def]
+        """Do what `Taps.correction` does for one of the two innovations, adding to `mean`."""
+        filters, joints = weights.shape
+        groups = taps.shape[3]
+        for i in range(count):
+            for m in range(filters):
+                for j in range(joints):
+                    g = j if groups > 1 else 0
+                    e = errors[start + i, m, j] * weights[m, j]
+                    for k in range(4):
+                        mean[k, j] += taps[k, i, m, g] * e
+
+    return Kernels(steady_step, correction)
