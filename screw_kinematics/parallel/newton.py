@@ -11,12 +11,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+import math
 
 import numpy as np
 
 from .limbs import Limbs
 from .screw_system import ScrewSystem
-from ..se3 import Array, rotation_about
+from ..se3 import Array
 
 MAX_ITERATIONS = 12
 CONVERGED = 1e-12
@@ -155,9 +156,8 @@ def _displacement(rotations: Array, positions: Array, goal: Array) -> Array:
     branches, and vanishes only where the orientations agree.
     """
     turn = goal[:3, :3] @ np.swapaxes(rotations, -1, -2)
-    twice_axis = np.stack([turn[..., 2, 1] - turn[..., 1, 2], turn[..., 0, 2] - turn[..., 2, 0],
-                           turn[..., 1, 0] - turn[..., 0, 1]], axis=-1)
-    trace = turn[..., 0, 0] + turn[..., 1, 1] + turn[..., 2, 2]
+    twice_axis = (turn - np.swapaxes(turn, -1, -2))[..., (2, 0, 1), (1, 2, 0)]
+    trace = np.einsum('...ii', turn)
     angular = 2 * twice_axis / np.maximum(1 + trace, 1e-9)[..., None]
     if np.min(trace) < -1 + 1e-9:   # half a turn, where the axis above vanishes
         angular = np.where(trace[..., None] < -1 + 1e-9, np.pi, angular)
@@ -165,8 +165,11 @@ def _displacement(rotations: Array, positions: Array, goal: Array) -> Array:
 
 
 def _moved(pose: Array, displacement: Array) -> Array:
-    """Return a pose moved a little, by a displacement about its own origin."""
-    half = np.linalg.norm(displacement[:3]) / 2
-    axis = displacement[:3] / (2 * half) if half > 0 else np.array([1.0, 0.0, 0.0])
-    return _pose(rotation_about(axis, 2 * half) @ pose[:3, :3],
-                 pose[:3, 3] + displacement[3:])
+    """Return a pose moved by a displacement about its own origin."""
+    x, y, z = displacement[:3].tolist()
+    angle = math.sqrt(x * x + y * y + z * z)
+    turn = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    if angle > 0:
+        half = math.sin(angle / 2) / angle
+        turn = math.sin(angle) / angle * turn + 2 * half * half * (turn @ turn)
+    return _pose(pose[:3, :3] + turn @ pose[:3, :3], pose[:3, 3] + displacement[3:])
