@@ -9,7 +9,8 @@ import numpy as np
 
 from .limbs import Limbs
 from .newton import Solution
-from .screw_system import Conditioning, ScrewSystem
+from .screw_system import ScrewSystem
+from .structure import Conditioning
 from ..errors import ClosureError
 from ..se3 import Array
 

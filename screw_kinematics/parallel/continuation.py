@@ -74,7 +74,7 @@ def follow(limbs: Limbs, start: ClosedPosture, target: Array, closed: float,
         remaining = left * way
         _, passive = here.system.direct(here.system.carried(remaining))
         predicted = np.concatenate([remaining, passive[limbs.slot_of]])
-        longest = float(np.max(np.abs(predicted) * limbs.scale, initial=0.0))
+        longest = float((np.abs(predicted) * limbs.scale).max())
         share = min(share, LONGEST / max(longest, LONGEST))
         try:
             there = _step(limbs, here, share * predicted, closed, iterations)
@@ -148,18 +148,18 @@ def _way(limbs: Limbs, start: Array, target: Array) -> Array:
 def _check_step(limbs: Limbs, here: ClosedPosture, there: Solution, part: Array) -> None:
     """Raise why a step cannot be taken although its end is closed or nearly so."""
     direct = there.system.direct_conditioning
-    where = limbs.at(there.joints)
     if direct < SINGULAR or not there.converged:
         raise SingularityError(
             f'direct singularity: the platform can move with the actuators locked; smallest '
-            f'singular value of the reciprocal wrenches {direct:.2g} {where}')
+            f'singular value of the reciprocal wrenches {direct:.2g} {limbs.at(there.joints)}')
     if there.system.orientation(here.system) <= 0:
         raise AssemblyModeError(
             'the loops close, but in another assembly mode: the way there leads over a direct '
-            f'singularity {where}')
+            f'singularity {limbs.at(there.joints)}')
     strayed = np.abs(there.joints - here.joints - part) * limbs.scale
-    if np.max(strayed) > np.max(np.abs(part) * limbs.scale) / 2 + 1e-6:
+    if strayed.max() > (np.abs(part) * limbs.scale).max() / 2 + 1e-6:
         name = limbs.joint_names[int(np.argmax(strayed))]
         raise AssemblyModeError(
             f'the loops close, but joint {name!r} jumps by {np.max(strayed):.3g} (rad, or '
-            f'lengths by {limbs.length:.4g} m), as into another assembly mode {where}')
+            f'lengths by {limbs.length:.4g} m), as into another assembly mode '
+            f'{limbs.at(there.joints)}')

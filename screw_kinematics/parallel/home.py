@@ -9,7 +9,8 @@ import numpy as np
 
 from .limbs import Limbs
 from .newton import close_loops, Solution
-from .screw_system import RANK_TOLERANCE, ScrewSystem
+from .screw_system import ScrewSystem
+from .structure import RANK_TOLERANCE
 from ..errors import InvalidValueError, UnknownNameError
 
 

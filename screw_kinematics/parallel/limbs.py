@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from .screw_system import LimbScrews
+from .structure import LimbScrews
 from ..backends import Backend, make_backend
 from ..chain import SerialChain
 from ..errors import InvalidValueError

@@ -17,6 +17,7 @@ import numpy as np
 
 from .limbs import Limbs
 from .screw_system import ScrewSystem
+from .structure import Ranks
 from ..se3 import Array
 
 MAX_ITERATIONS = 12
@@ -58,7 +59,7 @@ class Solution:
     converged: bool
 
 
-def close_loops(limbs: Limbs, joints: Array, ranks: Array | None = None,
+def close_loops(limbs: Limbs, joints: Array, ranks: Ranks | None = None,
                 iterations: int = MAX_ITERATIONS) -> Solution:
     """
     Move the passive joints until the limbs agree about the platform.
@@ -69,8 +70,8 @@ def close_loops(limbs: Limbs, joints: Array, ranks: Array | None = None,
         What to close.
     joints : array, shape (joints,)
         All joints, where to start [rad, m]; the actuated ones are kept.
-    ranks : array of int, shape (limbs,), optional
-        Ranks of the limbs' passive screws in general posture.
+    ranks : Ranks, optional
+        Of the limbs' passive screws in general posture.
     iterations : int
         Most steps.
 
@@ -88,7 +89,7 @@ def close_loops(limbs: Limbs, joints: Array, ranks: Array | None = None,
     return _iterate(limbs, joints, None, ranks, step, iterations)
 
 
-def reach(limbs: Limbs, joints: Array, pose: Array, ranks: Array | None = None) -> Solution:
+def reach(limbs: Limbs, joints: Array, pose: Array, ranks: Ranks | None = None) -> Solution:
     """
     Move all joints until every limb has the platform at a given pose.
 
@@ -111,7 +112,7 @@ def reach(limbs: Limbs, joints: Array, pose: Array, ranks: Array | None = None) 
     return _iterate(limbs, joints, pose, ranks, step)
 
 
-def _iterate(limbs: Limbs, joints: Array, target: Array | None, ranks: Array | None,
+def _iterate(limbs: Limbs, joints: Array, target: Array | None, ranks: Ranks | None,
              step: Callable[[ScrewSystem, Array], tuple[Array, Array]],
              iterations: int = MAX_ITERATIONS) -> Solution:
     before, change, smallest, share = joints, 0 * joints, np.inf, 1.0
@@ -122,15 +123,16 @@ def _iterate(limbs: Limbs, joints: Array, target: Array | None, ranks: Array | N
         # Any limb's tip will do as the pose to linearise at.
         near = _pose(rotations[0], positions[0]) if target is None else target
         error = _displacement(rotations, positions, near)
-        misfit = system.size(error if target is not None else error - error.mean(axis=0))
+        misfit = system.size(
+            error if target is not None else error - error.sum(axis=0) / len(error))
         step_here, platform = step(system, error)
-        size = float(np.max(np.abs(step_here) * limbs.scale, initial=0.0))
-        if not np.isfinite(size):
+        size = float((np.abs(step_here) * limbs.scale).max())
+        if not math.isfinite(size):
             break
         if size <= CONVERGED or last / 4 < size <= ROUNDING:
             return Solution(joints + step_here, _moved(near, platform), system, misfit,
                             iteration, True)
-        last, total = size, float(np.linalg.norm(misfit))
+        last, total = size, math.sqrt(misfit @ misfit)
         if total < smallest:
             before, change, smallest = joints, step_here * min(1.0, MAX_STEP / size), total
             share = 1.0
@@ -143,8 +145,8 @@ def _iterate(limbs: Limbs, joints: Array, target: Array | None, ranks: Array | N
 
 
 def _pose(rotation: Array, position: Array) -> Array:
-    pose = np.eye(4)
-    pose[:3, :3], pose[:3, 3] = rotation, position
+    pose = np.zeros((4, 4))
+    pose[:3, :3], pose[:3, 3], pose[3, 3] = rotation, position, 1
     return pose
 
 

@@ -15,54 +15,14 @@ same for all orders.
 """
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 
+from .structure import Conditioning, LimbScrews, RANK_TOLERANCE, Ranks
 from ..se3 import Array
 
-RANK_TOLERANCE = 1e-6
-"""Relative size below which a singular value counts as zero where ranks are decided."""
-
 _TINY = 1e-300
-
-
-class LimbScrews(NamedTuple):
-    """
-    Unit screws of the joints about the platform point, in base axes; zero where absent.
-
-    ``passive`` has shape (limbs, 6, most passive joints of a limb), ``actuated``
-    (limbs, 6, actuated joints).
-    """
-
-    passive: Array
-    actuated: Array
-
-
-@dataclass(frozen=True)
-class Conditioning:
-    """
-    Distances to singular postures; 0 is singular.
-
-    Parameters
-    ----------
-    direct : float
-        Smallest singular value of the platform's reciprocal wrenches, each of unit size,
-        with the characteristic length: at 0 the platform moves with the actuators locked.
-    inverse : float
-        Smallest singular value of the actuators' work on these wrenches, each actuator's
-        screw scaled to unit size: at 0 an actuator moves with the platform at rest.
-    limbs : float
-        Smallest over the limbs, of the ratio of smallest to largest singular value of the
-        limb's passive screws: at 0 passive joints move with the platform at rest.
-
-    """
-
-    direct: float
-    inverse: float
-    limbs: float
 
 
 class ScrewSystem:
@@ -75,29 +35,26 @@ class ScrewSystem:
     length : float
         Characteristic length [m]: linear parts are divided by it, so that angles and
         lengths are comparable in all least squares and singular values.
-    ranks : array of int, shape (limbs,), optional
-        Ranks of the limbs' passive screws in general posture. Default: as found here.
+    ranks : Ranks, optional
+        Of the limbs' passive screws in general posture. Default: as found here.
 
     """
 
-    def __init__(self, screws: LimbScrews, length: float, ranks: Array | None = None) -> None:
-        self._scale = np.array([1.0, 1.0, 1.0, 1 / length, 1 / length, 1 / length])
+    def __init__(self, screws: LimbScrews, length: float, ranks: Ranks | None = None) -> None:
+        inverse = 1 / length
+        self._scale = np.array([1.0, 1.0, 1.0, inverse, inverse, inverse])
         self.length = length
         self._passive = screws.passive * self._scale[:, None]
         self._actuated = screws.actuated * self._scale[:, None]
-        left, sizes, right = np.linalg.svd(self._passive)
-        if ranks is None:
-            ranks = np.sum(sizes > RANK_TOLERANCE * sizes[:, :1], axis=1)
-        self.ranks = ranks
-        kept = np.arange(sizes.shape[1]) < ranks[:, None]
-        self._sizes = np.where(kept, sizes, np.inf)
-        n = sizes.shape[1]
+        left, self._sizes, right = np.linalg.svd(self._passive)
+        self.ranks = ranks = Ranks.of(self._sizes) if ranks is None else ranks
+        n = self._sizes.shape[1]
         # Moore-Penrose inverse of the passive screws, of the given rank.
-        self._from_tip = (np.swapaxes(right[:, :n], 1, 2) / np.maximum(self._sizes, _TINY)[
-            :, None]) @ np.swapaxes(left[:, :, :n], 1, 2)
+        self._from_tip = (right[:, :n].swapaxes(1, 2) * (
+            ranks.kept / np.maximum(self._sizes, _TINY))[:, None]) @ left[:, :, :n].swapaxes(1, 2)
         # Rows reciprocal to the passive screws: unit wrenches, limb after limb.
-        self._limb_of_row, self._row = np.nonzero(np.arange(6) >= ranks[:, None])
-        self._wrenches = left[self._limb_of_row, :, self._row]
+        self._limb_of_row = ranks.limb_of_row
+        self._wrenches = left[ranks.limb_of_row, :, ranks.row]
         u, self._platform_sizes, vt = np.linalg.svd(self._wrenches, full_matrices=False)
         self._platform = (vt.T / np.maximum(self._platform_sizes, _TINY)) @ u.T
 
@@ -118,7 +75,7 @@ class ScrewSystem:
 
         """
         bias = bias * self._scale
-        onto = np.einsum('ri,ri->r', self._wrenches, bias[self._limb_of_row])
+        onto = (self._wrenches * bias[self._limb_of_row]).sum(axis=1)
         state = self._platform @ onto
         rates = self._from_tip @ (state - bias)[..., None]
         return state / self._scale, rates[..., 0]
@@ -139,7 +96,7 @@ class ScrewSystem:
 
         """
         demand = demand * self._scale
-        onto = np.einsum('ri,ri->r', self._wrenches, demand[self._limb_of_row])
+        onto = (self._wrenches * demand[self._limb_of_row]).sum(axis=1)
         actuated = self._actuators @ onto
         rest = demand - self._actuated @ actuated
         return actuated, (self._from_tip @ rest[..., None])[..., 0]
@@ -181,7 +138,7 @@ class ScrewSystem:
 
         """
         actuation, constraint = [], []
-        for limb in range(len(self.ranks)):
+        for limb in range(len(self._passive)):
             rows = self._limb_of_row == limb
             u, sizes, _ = np.linalg.svd(self.work[rows])
             held = int(np.sum(sizes > RANK_TOLERANCE))
@@ -220,8 +177,8 @@ class ScrewSystem:
         """Distances to singular postures."""
         sizes = np.linalg.norm(self._actuated, axis=(0, 1))
         inverse = np.linalg.svd(self.work / sizes, compute_uv=False)
-        used = np.isfinite(self._sizes)
-        ratios = np.where(used, self._sizes, np.inf) / self._sizes[:, :1]
+        used = np.where(self.ranks.kept, self._sizes, np.inf)
+        ratios = used / np.maximum(self._sizes[:, :1], _TINY)
         return Conditioning(self.direct_conditioning, float(inverse[-1]), float(ratios.min()))
 
     @property
@@ -253,6 +210,6 @@ class ScrewSystem:
     def _blocking(self) -> Array:
         """Projectors onto the limbs' reciprocal wrenches, shape (limbs, 6, 6)."""
         rows = self._wrenches
-        out = np.zeros((len(self.ranks), 6, 6))
+        out = np.zeros((len(self._passive), 6, 6))
         np.add.at(out, self._limb_of_row, rows[:, :, None] * rows[:, None, :])
         return out
