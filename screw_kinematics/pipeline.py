@@ -10,11 +10,12 @@ and the reasons are counted.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from math import hypot
 from typing import Any, Protocol
 
 from .accounting import Account
 from .errors import ScrewKinematicsError
-from .motion.group_motion import GroupMotion, MotionSettings
+from .motion.group_motion import GroupMotion, LARGEST, MotionSettings
 from .motion.merge import JointGroup, JointGroups, Layout
 from .motion.rounds import Rounds
 
@@ -151,8 +152,7 @@ class RobotPipeline:
         if len(position) != layout.length:
             return self._refuse(WRONG_LENGTH)
         q = layout.pick(position)
-        total = sum(q)
-        if total - total != 0.0:    # NaN or infinite
+        if not hypot(*q) < LARGEST:     # NaN, infinite, or absurd
             return self._refuse(NOT_FINITE)
         group, group_motion = layout.group, self._group_motion
         group.messages += 1

@@ -115,11 +115,13 @@ def bad_samples():
         (NAMES, [*good, 0.0], [], 'position_of_wrong_length'),
         (NAMES, [0.1, math.nan, 0.3], good, 'position_not_finite'),
         (NAMES, [0.1, math.inf, -math.inf], good, 'position_not_finite'),
+        (NAMES, [1e300, -1e300, 0.3], good, 'position_not_finite'),
         (('lamp',), [0.1], [0.1], NO_JOINT),
         ((), [], [], NO_JOINT),
         (('q1', 'q2', 'q3', 'q1'), [*good, 0.1], [], 'joint_named_twice'),
         (NAMES, good, [], 'velocity_not_measured'),
         (NAMES, good, [0.0, math.nan, 0.0], 'velocity_not_measured'),
+        (NAMES, good, [0.0, 1e300, 0.0], 'velocity_not_measured'),
         (NAMES, good, good[:2], 'velocity_not_measured')]
 
 
@@ -270,3 +272,31 @@ def test_snap_of_a_smooth_motion():
     truth = [ARM.state(*(derivative(k, (stamp - START) * 1e-9) for k in range(5))).classical(4)
              for stamp, _ in outputs]
     assert np.allclose([v for _, v in outputs], truth, atol=0.03)    # of 0.4 to 1.8
+
+
+@pytest.mark.filterwarnings('error')
+@pytest.mark.parametrize('source', ['auto', 'measured', 'estimated'])
+@pytest.mark.parametrize('seed', range(4))
+def test_hostile_samples_never_raise_nor_lead_to_numbers_that_are_none(source, seed):
+    rng = np.random.default_rng(seed)
+    strange = [0.0, 5e-324, 1e6, 1e155, -1e308, math.nan, math.inf, -math.inf]
+    delay = 0.02 if seed % 2 and source != 'measured' else 0.0
+    pipeline = make(MotionSettings(source, delay=delay), ('pose', 'accel', 'snap', 'jacobian'))
+    pipeline.want(ARM.compile(outputs=('pose', 'accel', 'snap', 'jacobian')), covariance=True)
+    t = START
+    for _ in range(400):
+        names = [*NAMES, 'lamp'] if rng.random() < 0.9 else [*NAMES, 'q1']
+        rng.shuffle(names)
+        names = names[:rng.integers(5)] if rng.random() < 0.1 else names
+        q, qd = (dict(zip((*NAMES, 'lamp'), (*x, 0.0))) for x in joints((t - START) * 1e-9)[:2])
+        position, velocity = ([x[n] if rng.random() < 0.98 else rng.choice(strange)
+                               for n in names] for x in (q, qd))
+        velocity = velocity if rng.random() < 0.9 else []
+        step = rng.choice([0, 1, -5, -10**9, 10**9, 10**17]) if rng.random() < 0.05 else 2 * MS
+        t = max(1, t + int(step))
+        values = pipeline.take(t, tuple(names), position, velocity)
+        if values is not None:
+            assert np.all(np.isfinite(values))
+            pipeline.variances(2)
+    assert pipeline.account.outputs > 50
+    assert_balanced(pipeline)

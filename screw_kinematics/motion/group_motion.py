@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from math import isfinite
+from math import hypot, nan
 from typing import Any
 
 import numpy as np
@@ -19,6 +19,9 @@ VELOCITY_SOURCES = ('auto', 'measured', 'estimated')
 
 NO_VELOCITY = 'velocity_not_measured'
 NOT_INCREASING = 'stamp_not_increasing'
+
+LARGEST = 1e9
+"""Beyond this [rad, m, rad/s, m/s] a number is no measurement."""
 
 _MAX_BACK_NS = 500_000_000
 _BACK_PATIENCE = 20
@@ -143,7 +146,7 @@ class GroupMotion:
         stamp = since * 1e-9
         motion = estimator.update(
             stamp, np.array(position),
-            None if velocity is None or self._ignored else np.array(velocity))
+            None if velocity is None or self._ignored else _credible(velocity))
         if motion is None:
             if estimator.last_outcome != WARMING_UP:
                 self.refusal = estimator.last_refusal
@@ -189,4 +192,11 @@ class GroupMotion:
 
 
 def _all_measured(velocity: Sequence[float] | None) -> bool:
-    return velocity is not None and isfinite(sum(velocity))
+    return velocity is not None and hypot(*velocity) < LARGEST
+
+
+def _credible(velocity: Sequence[float]) -> Array:
+    """Return velocities with NaN for what cannot be one."""
+    if not hypot(*velocity) < LARGEST:
+        velocity = [v if abs(v) < LARGEST else nan for v in velocity]
+    return np.array(velocity)

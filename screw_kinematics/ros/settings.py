@@ -9,7 +9,7 @@ from typing import Any
 
 from . import checks
 from .executor import EXECUTORS
-from ..errors import ParameterError
+from ..errors import InvalidValueError, ParameterError
 from ..motion import ESTIMATORS
 from ..motion.group_motion import MotionSettings, VELOCITY_SOURCES
 
@@ -186,8 +186,12 @@ class RobotSettings:
             raise ParameterError(
                 f'{prefix}estimator.delay', delay,
                 "0, as velocity_source 'measured' has no velocity of an earlier instant")
-        return cls(name=name, **checked,
-                   motion=MotionSettings(source, kind, delay, estimator))
+        motion = MotionSettings(source, kind, delay, estimator)
+        try:
+            motion.make_estimator([False])
+        except InvalidValueError as error:
+            raise InvalidValueError(f"parameters '{prefix}estimator.*': {error}") from None
+        return cls(name=name, **checked, motion=motion)
 
     @property
     def has_tool(self) -> bool:

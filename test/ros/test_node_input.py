@@ -15,7 +15,7 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 MS = 1_000_000
 JOINTS = tuple(f'q{i}' for i in range(1, 7))
-TOPICS = ('good', 'bad', 'arm_states', 'wrist_states', 'unstamped')
+TOPICS = ('good', 'bad', 'level', 'lonely', 'arm_states', 'wrist_states', 'unstamped')
 
 
 @pytest.fixture(scope='module')
@@ -26,9 +26,11 @@ def rig(module_context, tmp_path_factory):
                 'velocity_source': 'measured', 'stale_timeout': 1000.0, **settings}
 
     parameters = {
-        'robots': ['good', 'bad', 'spread', 'reliable', 'best_effort', 'unstamped', 'gone'],
+        'robots': ['good', 'bad', 'level', 'lonely', 'spread', 'reliable', 'best_effort',
+                   'unstamped', 'gone'],
         'diagnostics_rate': 20.0,
-        'good': robot('good'), 'bad': robot('bad'),
+        'good': robot('good'), 'bad': robot('bad'), 'level': robot('level'),
+        'lonely': robot('lonely'),
         'spread': robot(['arm_states', 'wrist_states']),
         'reliable': robot('reliable'), 'best_effort': robot('best_effort'),
         'unstamped': robot('unstamped'),
@@ -36,10 +38,11 @@ def rig(module_context, tmp_path_factory):
         'qos_overrides': {f'/{t}': {'subscription': RELIABLE_INPUT}
                           for t in TOPICS}}
     with running(module_context, tmp_path_factory.mktemp('input'), parameters) as rig:
-        for name in parameters['robots']:
+        listened = [name for name in parameters['robots'] if name != 'lonely']
+        for name in listened:
             rig.listen(f'{name}/twist', TwistStamped)
         rig.listen('gone/markers', MarkerArray)
-        for name in parameters['robots']:
+        for name in listened:
             rig.wait_until_serving(name, parameters[name]['outputs'])
         yield rig
 
@@ -103,8 +106,33 @@ def test_bad_messages_are_refused_counted_and_do_no_harm(rig):
     assert received == used + refused and refused == len(BAD) + 2
     rig.wait(lambda: len(twists) == before + len(BAD))
     assert np.all(np.isfinite([six(m.twist) for m in twists]))
-    assert rig.status('bad')[0] in (b'\0', b'\1')
     rig.wait(lambda: 'position_not_finite' in rig.log.read_text())
+
+
+def test_levels_of_the_diagnostics(rig):
+    publisher, stamp = rig.publisher('level'), 0
+    q, qd = smooth_motion(6, 0.0)
+    good, bad = joint_state(JOINTS, 0, q, qd), joint_state(JOINTS, 0, [math.nan] * 6, qd)
+    for messages, level, told in (
+            ([good], b'\0', 'running'), ([bad], b'\2', 'every message is refused'),
+            ([good, good, bad], b'\1', 'messages refused: position_not_finite'),
+            ([good], b'\0', 'running')):
+        while not (rig.status('level')[0] == level and told in rig.status('level')[1]):
+            for message in messages:
+                stamp += MS
+                message.header.stamp.sec, message.header.stamp.nanosec = divmod(stamp, 10**9)
+                publisher.publish(message)
+            rig.spin(0.004)
+
+
+def test_nobody_listens_and_nothing_is_computed(rig):
+    publisher = rig.publisher('lonely')
+    for k in range(50):
+        publisher.publish(joint_state(JOINTS, k * MS + 1, *smooth_motion(6, k * 1e-3)))
+    rig.wait_for_value('lonely', 'received', 50)
+    level, message, values = rig.status('lonely')
+    assert (level, message) == (b'\0', 'ready; nobody listens')
+    assert values['used nothing_wanted'] == '50' and values['outputs listened to'] == ''
 
 
 def test_joints_on_several_topics_in_any_order_with_others_between(rig):

@@ -29,6 +29,8 @@ WRONG = [
     ({'arm.estimator.delay': 0.02, 'arm.velocity_source': 'measured'},
      "'arm.estimator.delay' is 0.02; allowed: 0, as velocity_source 'measured'"),
     ({'arm.estimator.kind': 'magic'}, "'arm.estimator.kind' is 'magic'; allowed: one of bank"),
+    ({'arm.estimator.kind': 'finite_difference', 'arm.estimator.delay': 0.02},
+     r"parameters 'arm.estimator.\*': .*delay is 0.02 s; allowed: 0"),
     ({'arm.base_frame': 7}, "'arm.base_frame' is 7; allowed: a frame of the model"),
     ({'arm.joint_states_topic': ''}, "'arm.joint_states_topic' is ''; allowed: a topic name"),
     ({'arm.joint_states_topic': 'joint states'}, "'arm.joint_states_topic'.*'joint states'"),
