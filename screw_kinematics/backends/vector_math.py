@@ -71,33 +71,34 @@ def sincos(x: float) -> tuple[float, float]:
 @intrinsic
 def _transpose_tile(typing_context: Any, target: Any, target_start: Any, target_step: Any,
                     source: Any, source_start: Any, source_step: Any) -> Any:
-    """Transpose TILE x TILE numbers: vector loads, shuffles, vector stores."""
+    """
+    Transpose four by four numbers.
+
+    Halves of rows are joined while they are loaded, which leaves only four shuffles; in a
+    plain loop LLVM would move the numbers one by one.
+    """
     signature = types.void(target, types.intp, types.intp, source, types.intp, types.intp)
+    half, whole = (ir.VectorType(ir.DoubleType(), n) for n in (2, 4))
 
     def generate(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
-        vector = ir.VectorType(ir.DoubleType(), TILE)
-        mask = ir.VectorType(ir.IntType(32), TILE)
-
-        def row(array: int, k: int) -> Any:
+        def pointer(array: int, row: int, column: int, kind: Any) -> Any:
             data = context.make_array(sig.args[array])(context, builder, arguments[array]).data
             start, step = arguments[array + 1], arguments[array + 2]
-            offset = builder.add(start, builder.mul(step, ir.Constant(step.type, k)))
-            return builder.bitcast(builder.gep(data, [offset]), vector.as_pointer())
+            offset = builder.add(start, builder.mul(step, step.type(row)))
+            offset = builder.add(offset, step.type(column))
+            return builder.bitcast(builder.gep(data, [offset]), kind.as_pointer())
 
-        rows = [builder.load(row(3, k), align=8) for k in range(TILE)]
-        half = TILE // 2
-        while half:
-            # Exchange the off-diagonal quarters of all blocks of twice this size.
-            low = [x if not x & half else TILE + x - half for x in range(TILE)]
-            high = [x + half if not x & half else TILE + x for x in range(TILE)]
-            for k in range(TILE):
-                if not k & half:
-                    a, b = rows[k], rows[k + half]
-                    rows[k] = builder.shuffle_vector(a, b, ir.Constant(mask, low))
-                    rows[k + half] = builder.shuffle_vector(a, b, ir.Constant(mask, high))
-            half //= 2
-        for k in range(TILE):
-            builder.store(rows[k], row(0, k), align=8)
+        def shuffle(a: Any, b: Any, *which: int) -> Any:
+            return builder.shuffle_vector(a, b, ir.VectorType(ir.IntType(32), 4)(list(which)))
+
+        for column in (0, 2):
+            upper, lower = (shuffle(
+                builder.load(pointer(3, row, column, half), align=8),
+                builder.load(pointer(3, row + 2, column, half), align=8), 0, 1, 2, 3)
+                for row in (0, 1))
+            for k in (0, 1):
+                builder.store(shuffle(upper, lower, k, 4 + k, 2 + k, 6 + k),
+                              pointer(0, column + k, 0, whole), align=8)
         return context.get_dummy_value()
 
     return signature, generate
