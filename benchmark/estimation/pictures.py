@@ -17,15 +17,20 @@ def draw_pareto(summaries: dict, path: Path) -> None:
     matplotlib.use('Agg')
     from matplotlib import pyplot as plt
     figure, axes = plt.subplots(figsize=(6.4, 4))
-    for name, s in summaries.items():
+    lowest: dict[float, float] = {}
+    for name, s in sorted(summaries.items(), key=lambda item: item[1]['relative']):
         if name == SMOOTHER:
             axes.axhline(s['relative'], ls='--', lw=1, color='tab:green')
             axes.text(0.5, s['relative'] * 1.05, name, color='tab:green', fontsize=8)
             continue
         ours = name.startswith('bank')
-        axes.plot(1e3 * s['delay'], s['relative'], 'o', color='tab:blue' if ours else 'tab:gray')
-        axes.annotate(name, (1e3 * s['delay'], s['relative']), fontsize=8,
-                      xytext=(6, 3), textcoords='offset points')
+        delay = round(1e3 * s['delay'])
+        axes.plot(delay, s['relative'], 'o', color='tab:blue' if ours else 'tab:gray')
+        # Labels of points close together are pushed apart.
+        height = max(s['relative'], lowest.get(delay, 0.0))
+        lowest[delay] = height * 1.13
+        axes.annotate(name, (delay, height), fontsize=8, xytext=(7, -3),
+                      textcoords='offset points')
     axes.set(yscale='log', xlim=(-2, 72), xlabel='delay (ms), stamped honestly',
              ylabel='acceleration error / usual practice')
     axes.grid(alpha=0.3, which='both')
