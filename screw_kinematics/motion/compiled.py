@@ -17,7 +17,8 @@ class Kernels(NamedTuple):
     """Compiled functions; see `load`."""
 
     steady_step: Any
-    correction: Any
+    weighted_mean: Any
+    add_correction: Any
 
 
 @lru_cache(maxsize=1)
@@ -91,16 +92,35 @@ def load() -> Kernels | None:
                     mean[k, j] += w * new[4 + k, m, j]
 
     @njit(cache=True, error_model='numpy', fastmath={'reassoc', 'contract'})
-    def correction(mean, taps, errors, start, count, weights):  # type: ignore[no-untyped-def]
-        """Do what `Taps.correction` does for one of the two innovations, adding to `mean`."""
-        filters, joints = weights.shape
-        groups = taps.shape[3]
-        for i in range(count):
-            for m in range(filters):
-                for j in range(joints):
-                    g = j if groups > 1 else 0
-                    e = errors[start + i, m, j] * weights[m, j]
-                    for k in range(4):
-                        mean[k, j] += taps[k, i, m, g] * e
+    def weighted_mean(mean, weights, state):  # type: ignore[no-untyped-def]
+        """Write the weighted mean of the filters' states to `mean`."""
+        mean[:] = 0.0
+        for k in range(4):
+            for m in range(weights.shape[0]):
+                for j in range(weights.shape[1]):
+                    mean[k, j] += weights[m, j] * state[k, m, j]
 
-    return Kernels(steady_step, correction)
+    @njit(cache=True, error_model='numpy', fastmath={'reassoc', 'contract'})
+    def add_correction(mean, taps, errors, start, count, weights):  # type: ignore[no-untyped-def]
+        """Add to `mean` what `Taps.correction` finds in one of the two innovations."""
+        filters, joints = weights.shape
+        groups = taps.shape[2]
+        for j in range(joints):
+            g = j if groups > 1 else 0
+            a0, a1, a2, a3 = 0.0, 0.0, 0.0, 0.0
+            for m in range(filters):
+                w = weights[m, j]
+                if w < 1e-14:      # cannot be seen in the sum
+                    continue
+                for i in range(count):
+                    e = w * errors[start + i, m, j]
+                    a0 += taps[m, i, g, 0] * e
+                    a1 += taps[m, i, g, 1] * e
+                    a2 += taps[m, i, g, 2] * e
+                    a3 += taps[m, i, g, 3] * e
+            mean[0, j] += a0
+            mean[1, j] += a1
+            mean[2, j] += a2
+            mean[3, j] += a3
+
+    return Kernels(steady_step, weighted_mean, add_correction)

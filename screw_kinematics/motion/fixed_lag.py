@@ -52,6 +52,9 @@ class Taps:
                 onward = onward - onward[:, 1:2] * velocity.gain
             carried = np.einsum('ijmn,jk->ikmn', onward, back)
         self.reduction = self.reduction.cumsum(axis=0)
+        # The same weights, (M, length, g, 4), in the order in which compiled code reads them.
+        self.tables = [np.ascontiguousarray(taps.transpose(2, 1, 3, 0))
+                       for taps in (self.position, self.velocity) if taps is not None]
 
     def correction(self, weights: Array, errors: Array) -> Array:
         """
@@ -159,14 +162,14 @@ class FixedLag:
         if taps is None or self._run < count or self._length < count:
             state, _ = carry_back(since, covariance=False)
             return time, np.einsum('mn,kmn->kn', weights, state), lambda: carry_back(since)
-        mean = np.einsum('mn,kmn->kn', weights, step.state)
         begin = self._place - count + 1
         if self.kernels is not None:
-            correction = self.kernels.correction
-            correction(mean, taps.position, self._errors[0], begin, count, weights)
-            if taps.velocity is not None:
-                correction(mean, taps.velocity, self._errors[1], begin, count, weights)
+            mean = np.empty((4, weights.shape[1]))
+            self.kernels.weighted_mean(mean, weights, step.state)
+            for errors, table in zip(self._errors, taps.tables):
+                self.kernels.add_correction(mean, table, errors, begin, count, weights)
         else:
+            mean = np.add.reduce(weights * step.state, axis=1)
             mean += taps.correction(weights, self._errors[:, begin:self._place + 1])
         return time, mean, lambda: (
             carry_back(since, covariance=False)[0], step.covariance - taps.reduction[count - 1])
