@@ -75,7 +75,7 @@ class RobotPipeline:
         self._joints = JointGroups(joint_names)
         self._continuous = tuple(continuous) if continuous is not None else (
             (False,) * len(joint_names))
-        self._motions: dict[JointGroup, GroupMotion] = {}
+        self._motions: dict[tuple[int, ...], GroupMotion] = {}      # by columns of the joints
         self._rounds = Rounds(len(joint_names))
         self._heard: dict[JointGroup, tuple[int, float, float]] = {}
         self._names: tuple[str, ...] | None = None
@@ -224,9 +224,8 @@ class RobotPipeline:
                 heard[group] = group.messages, now, silence
                 continue
             self._joints.release(group)
-            self._rounds.forget(group)
-            self._motions.pop(group, None)
             self._names = None
+        self._rounds.keep(self._joints.groups)
         released = self._heard.keys() - heard.keys()
         self._heard = heard
         return bool(released)
@@ -247,18 +246,18 @@ class RobotPipeline:
         """
         out = [float('nan')] * len(self.joint_names)
         measured = derivative == 1 and self.settings.velocity_source == 'measured'
-        for group, of_group in self._motions.items():
+        for columns, of_group in self._motions.items():
             if of_group.motion is not None and not measured:
                 values = of_group.motion.covariance[:, derivative, derivative].tolist()
-                for column, value in zip(group.columns, values):
+                for column, value in zip(columns, values):
                     out[column] = value
         return out
 
     def doubts(self) -> list[str]:
         """Return what the estimators find odd about the samples."""
-        return [doubt for group, motion in self._motions.items()
+        return [doubt for columns, motion in self._motions.items()
                 if motion.estimator is not None
-                for doubt in motion.estimator.doubts(self._joints.names_of(group))]
+                for doubt in motion.estimator.doubts([self.joint_names[c] for c in columns])]
 
     def estimators(self) -> list[Any]:
         """Return the estimators at work."""
@@ -271,15 +270,16 @@ class RobotPipeline:
             self._layout, self._why_not = None, found
             return
         self._layout = found
-        group = found.group
-        if group not in self._motions:
-            for gone in self._motions.keys() - set(self._joints.groups):
-                del self._motions[gone]
-                self._rounds.forget(gone)
-            self._motions[group] = GroupMotion(
-                self.settings, [self._continuous[c] for c in group.columns],
+        columns = found.group.columns
+        if columns not in self._motions:
+            for others in list(self._motions):
+                if not set(columns).isdisjoint(others):
+                    del self._motions[others]
+            self._rounds.keep(self._joints.groups)
+            self._motions[columns] = GroupMotion(
+                self.settings, [self._continuous[c] for c in columns],
                 self._order, self._covariance)
-        self._group_motion = self._motions[group]
+        self._group_motion = self._motions[columns]
 
     def _refuse(self, reason: str) -> Sequence[float] | None:
         self.account.refused[reason] += 1

@@ -218,6 +218,27 @@ def test_silent_joints_are_missing_after_the_timeout_and_may_come_from_elsewhere
     assert len(feed(pipeline, 20, START + 900 * MS)) == 20
 
 
+def test_late_delivery_of_a_steady_stream_costs_no_sample():
+    pipeline = make(MotionSettings(), ('accel',))
+    feed(pipeline, 50)
+    for now in (0.0, 0.2, 0.4, 0.6):
+        pipeline.release_silent(now, 0.3)
+    assert pipeline.missing() == list(NAMES)
+    assert len(feed(pipeline, 50, START + 100 * MS)) == 50
+
+
+def test_a_larger_message_takes_the_place_of_its_parts():
+    pipeline = make(MotionSettings(), ('pose',))
+    feed(pipeline, 3, names=('q1',))
+    feed(pipeline, 3, names=('q3', 'q2'))
+    outputs = feed(pipeline, 20, START + 10 * MS)
+    assert len(outputs) == 20
+    for stamp, values in outputs:
+        q = joints((stamp - START - 10 * MS) * 1e-9)[0]
+        assert np.allclose(values[:3], ARM.pose(q)[:3, 3], rtol=1e-12)
+    assert feed(pipeline, 3, names=('q1',)) == []
+
+
 def test_a_node_that_was_held_up_does_not_take_its_queue_for_silence():
     pipeline = make(MotionSettings(), ('twist',))
     feed(pipeline, 50)

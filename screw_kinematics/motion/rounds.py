@@ -3,7 +3,7 @@
 """Joint motions that arrive group by group, brought together at one instant."""
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from math import factorial
 
 from .merge import JointGroup
@@ -76,11 +76,12 @@ class Rounds:
             return None
         return self._join()
 
-    def forget(self, group: JointGroup) -> None:
-        """Await the joints of this group again."""
-        self._parts.pop(group, None)
-        self._fresh.discard(group)
-        self._lagging.discard(group)
+    def keep(self, groups: Iterable[JointGroup]) -> None:
+        """Forget all groups but these, and await their joints again."""
+        kept = set(groups)
+        self._parts = {group: part for group, part in self._parts.items() if group in kept}
+        self._fresh &= kept
+        self._lagging &= kept
 
     def clear(self) -> None:
         """Await all joints again."""

@@ -65,7 +65,7 @@ def test_the_other_takes_the_lead_when_the_leader_is_gone(arm, hand):
     led = [r for r in results if isinstance(r, tuple)]
     assert led and led[0][0] == 30 * MS
     assert results[-1] == TOO_FAR_APART
-    rounds.forget(arm)
+    rounds.keep([hand])
     assert rounds.add(hand, 100 * MS, motion([1], 100 * MS)) is None
 
 
