@@ -53,6 +53,8 @@ setup(
             'joint_state_source = screw_kinematics.tools.joint_state_source:main',
             'plot = screw_kinematics.tools.plot:main',
             'derive = screw_kinematics.tools.derive:main',
+            'bag = screw_kinematics.tools.bag:main',
+            'check = screw_kinematics.tools.check:main',
         ],
     },
 )

@@ -101,6 +101,9 @@ class Recording:
                         self._reader.messages(wanted) if wanted else ()):
                     delivered[connection.topic] += 1
                     yield Message(connection.topic, connection.msgtype, received, data)
+                lost = sum(c.msgcount for c in wanted) - sum(delivered.values())
+                if lost > 0:
+                    self.damage.append(f'{self.path}: {lost} messages are unreadable')
                 return
             except self._errors as error:
                 self.damage.append(f'{self.path}: {_first_line(error)}')

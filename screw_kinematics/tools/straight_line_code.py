@@ -6,12 +6,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from .c_code import c_files
 from .closed_form import heading
 from .quantities import Quantity
+from ..backends.c_source import c_header, c_source
 from ..backends.plain import python_source
 from ..chain import SerialChain
 from ..errors import ToolError
+from ..program import DERIVATIVES
 
 
 def straight_line_files(robot: Any, quantities: Sequence[Quantity], language: str, name: str,
@@ -50,7 +51,10 @@ def straight_line_files(robot: Any, quantities: Sequence[Quantity], language: st
     about += [f'{part.start:>3} ... {part.stop - 1}  {q.name}: {q.described()}'
               for q, part in zip(quantities, program.slices.values())]
     if language == 'c':
-        return c_files(program, name, about)
+        inputs = {derivative: program.dof for derivative in DERIVATIVES[:program.order + 1]}
+        sizes = {output: part.stop - part.start for output, part in program.slices.items()}
+        return {'.c': c_source(program.line, name, inputs, sizes),
+                '.h': c_header(name, inputs, sizes, '\n'.join(about))}
     docstring = '\n'.join(['', *(f'    {row}'.rstrip() for row in about), '', '    '])
     source = python_source(program.line, program.input_names, name, docstring)
     if language == 'text':

@@ -96,7 +96,7 @@ def test_c_compiles_without_a_warning_and_is_the_chain(robot, tmp_path):
     assert run.returncode == 0 and run.stderr == ''
     chain = models.load(file)
     header = (tmp_path / 'arm.h').read_text()
-    assert f'#define ARM_DOF {chain.dof}' in header
+    assert f'const double qdd[{chain.dof}]' in header
     assert f'motion of {chain.tip_frame} relative to {chain.base_frame}' in header
     motion = random_motion(chain)
     sizes = [12 if name == 'pose' else 6 for name in QUANTITIES]

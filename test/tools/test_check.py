@@ -1,0 +1,153 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Each fault that is put in is found, and a sound recording has none."""
+from pathlib import Path
+import re
+
+import numpy as np
+import pytest
+import recordings as rec
+
+from screw_kinematics.tools import check
+
+ROBOTS = Path(__file__).parents[2] / 'config' / 'robots'
+PUMA = str(ROBOTS / 'puma560.yaml')
+NAMES = rec.PUMA.joint_names
+
+
+def motion(t, rest=3.0):
+    """Return positions and velocities: a rest, then the motion."""
+    q, qd = rec.MOTION.derivatives(np.maximum(t - rest, 0.0), 1)
+    return np.round(q / rec.QUANTUM) * rec.QUANTUM, np.where(t < rest, 0.0, qd)
+
+
+def messages(count=600, rate=200.0, late=300_000, change=None, rest=0.5):
+    """Yield messages of a bag; ``change`` may alter stamp, names, position, velocity."""
+    for k in range(count):
+        t = k / rate
+        stamp = rec.START + round(t * 1e9)
+        sample = [stamp, list(NAMES), *motion(t, rest)]
+        if change is not None:
+            change(k, sample)
+        yield '/joint_states', rec.JOINT_STATE, stamp + late, rec.joint_state(*sample)
+
+
+def run(tmp_path, capsys, arguments=(), **options):
+    """Check a bag; return exit code and output."""
+    path = rec.write_bag(tmp_path / 'run', messages(**options))
+    code = check.main(['bag', str(path), '--robot', PUMA, *arguments])
+    return code, capsys.readouterr().out
+
+
+def test_sound_joint_states(tmp_path, capsys):
+    code, out = run(tmp_path, capsys, count=1600, rest=3.0)
+    assert code == 0 and 'problem' not in out
+    assert '/joint_states: 200.0 Hz' in out and '0.30 ms old' in out
+    assert f'smallest step of a position {rec.QUANTUM:.2g}' in out
+    assert 'recommended: estimator.delay: ' in out
+    # Later is better: the errors in motion fall with the delay.
+    errors = [float(x) for x in re.findall(r'; ([\d.e-]+) in motion', out)]
+    assert len(errors) == 5 and errors[0] > 2 * errors[2]
+
+
+def zero_velocity(k, sample):
+    sample[3] = np.zeros(6)
+
+
+def no_velocity(k, sample):
+    sample[3] = ()
+
+
+def late_velocity(k, sample):
+    sample[3] = motion(k / 200.0 - 0.03, 0.5)[1]
+
+
+def missing_joint(k, sample):
+    for i in (1, 2, 3):
+        sample[i] = sample[i][:5]
+
+
+def zero_stamps(k, sample):
+    sample[0] = 0
+
+
+def repeated_stamps(k, sample):
+    sample[0] -= (k % 2) * 5_000_000
+
+
+def pause(k, sample):
+    sample[0] += (k > 300) * 1_500_000_000
+
+
+def not_finite(k, sample):
+    sample[2] = np.where(k % 100 == 7, np.nan, sample[2])
+
+
+def wrong_length(k, sample):
+    if k % 200 == 9:
+        sample[2] = sample[2][:4]
+
+
+@pytest.mark.parametrize('change, code, message', [
+    (zero_velocity, 0, r'velocity of q1, .* is always zero'),
+    (no_velocity, 0, r'velocity is not measured'),
+    (late_velocity, 0, r'velocity of q1 lags its position by (29|30|31) ms'),
+    (missing_joint, 1, r'nobody publishes q6'),
+    (zero_stamps, 0, r'stamps are zero; 200.0 messages a second'),
+    (repeated_stamps, 0, r'300 stamps repeat the one before'),
+    (pause, 0, r'1 pauses longer than 0.25 s, the longest 1.5\d s'),
+    (not_finite, 1, r'6 messages have positions that are not finite'),
+    (wrong_length, 1, r'3 messages have another number of positions than of names \(6\)'),
+], ids=lambda x: getattr(x, '__name__', None))
+def test_faults_are_found(tmp_path, capsys, change, code, message):
+    found, out = run(tmp_path, capsys, change=change)
+    assert re.search(message, out), out
+    assert found == code
+
+
+@pytest.mark.parametrize('late, code, message', [
+    (-50_000_000, 1, r'50.0 ms in the future'), (400_000_000, 0, r'400 ms old')])
+def test_clocks(tmp_path, capsys, late, code, message):
+    found, out = run(tmp_path, capsys, late=late)
+    assert re.search(message, out) and found == code
+
+
+def test_other_topic(tmp_path, capsys):
+    code, out = run(tmp_path, capsys, ['--topic', 'joints'], count=50)
+    assert code == 1 and '/joints: no joint state came' in out
+
+
+@pytest.mark.parametrize('robot', sorted(path.stem for path in ROBOTS.glob('*.yaml')))
+def test_shipped_models_are_sound(robot, capsys):
+    assert check.main(['model', str(ROBOTS / f'{robot}.yaml')]) == 0
+    assert 'measured joints, which must be published' in capsys.readouterr().out
+
+
+def test_freedom_of_the_planar_arm(capsys):
+    assert check.main(['model', str(ROBOTS / 'rpr.yaml')]) == 0
+    assert 'tool moves in 3 of 6 directions' in capsys.readouterr().out
+
+
+def test_mimic_sources_are_named(tmp_path, capsys):
+    (tmp_path / 'arm.urdf').write_text("""<robot name="arm">
+      <link name="a"/><link name="b"/><link name="c"/>
+      <joint name="j1" type="prismatic"><parent link="a"/><child link="b"/>
+        <axis xyz="1 0 0"/><limit effort="1" velocity="1" lower="0" upper="1"/>
+        <mimic joint="j2" multiplier="-2" offset="0.5"/></joint>
+      <joint name="j2" type="continuous"><parent link="a"/><child link="c"/></joint>
+    </robot>""")
+    assert check.main(['model', str(tmp_path / 'arm.urdf'), '--tip', 'b']) == 0
+    out = capsys.readouterr().out
+    assert "'j1' follows 'j2', a joint outside the chain: q = -2 q + 0.5" in out
+
+
+@pytest.mark.parametrize('arguments', [['no_such.yaml'], [PUMA, '--tip', 'hand']])
+def test_models_that_cannot_be_used_are_a_problem(arguments, capsys):
+    assert check.main(['model', *arguments]) == 1
+    assert capsys.readouterr().out.startswith('problem ')
+
+
+def test_what_cannot_be_checked(tmp_path, capsys):
+    assert check.main(['bag', str(tmp_path)]) == 2
+    assert check.main(['system', '--seconds', '0']) == 2
+    assert 'no bag there' in capsys.readouterr().err
