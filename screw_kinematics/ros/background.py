@@ -47,8 +47,8 @@ class Background:
                 done(future.result())
             elif isinstance(error, ScrewKinematicsError):
                 failed(error)
-            else:
-                raise error
+            else:   # of a stranger's description, it must not end the node
+                failed(ScrewKinematicsError(f'{type(error).__name__}: {error}'))
 
     def close(self) -> None:
         """Drop all work that has not begun."""

@@ -29,6 +29,7 @@ class Diagnostics:
 
     def __init__(self) -> None:
         self._since: dict[str, tuple[float, int, int, int]] = {}
+        self._unreadable: dict[str, int] = {}
         self._logged: Counter[str] = Counter()
         self._last_log = -LOG_PERIOD
 
@@ -65,8 +66,10 @@ class Diagnostics:
             values[f'{topic} without stamp'] = joint_input.unstamped
             for reason, n in joint_input.refused.items():
                 values[f'{topic} refused {reason}'] = n
-            if joint_input.refused:
+            refused = joint_input.refused.total()
+            if refused > self._unreadable.get(topic, 0):
                 level, message = WARN, f'unreadable messages on {topic}: {joint_input.last_error}'
+            self._unreadable[topic] = refused
         if node.unknown_parameters:
             level, message = WARN, '; '.join(node.unknown_parameters)
         if node.failure is not None:

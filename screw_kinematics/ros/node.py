@@ -3,23 +3,23 @@
 """The node: from joint states to the kinematic states of any number of robots."""
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.clock import Clock, ClockType, JumpThreshold, TimeJump
 from rclpy.duration import Duration
-from rclpy.exceptions import InvalidTopicNameException
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.parameter import Parameter
 from rclpy.parameter_service import ParameterService
 from rclpy.qos import DurabilityPolicy, QoSProfile
-from rclpy.validate_topic_name import validate_topic_name
 from std_msgs.msg import String
 
 from .background import Background
 from .diagnostics import Diagnostics
+from .grouping import by_topic
 from .joint_input import JointInput
 from .parameters import as_values, NodeParameters
 from .robot import Robot
@@ -84,45 +84,29 @@ class KinematicStatePublisher(LifecycleNode):
         self._set_report_rate(settings.diagnostics_rate)
         self.add_on_set_parameters_callback(self._check_parameters)
         self.add_post_set_parameters_callback(self._parameters_changed)
+        for name in settings.robots:
+            self._settings.declare_robot(name)
         self._starting = settings.autostart
         if settings.autostart:
-            self.trigger_configure()
-            if self.failure is not None:
-                raise self.failure
-            self.trigger_activate()
+            for transition in (self.trigger_configure, self.trigger_activate):
+                transition()
+                if self.failure is not None:
+                    raise self.failure
             self._starting = False
 
     # Life cycle
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Read parameters and models; create the topics."""
-        self.failure = None
-        try:
-            self._configure()
-        except ScrewKinematicsError as error:
-            self.failure = error
-            if not self._starting:      # else it is raised, for one line in all
-                self.get_logger().error(f'cannot be configured: {error}')
-            self._clean_up()
-            return TransitionCallbackReturn.FAILURE
-        self.state = 'inactive'
-        return super().on_configure(state)
+        return self._attempt(self._configure, self._clean_up, 'inactive')
 
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Begin to listen to joint states."""
-        for joint_input in self.inputs.values():
-            joint_input.listen()
-        # Only now all parameters exist, those of the subscriptions' quality of service too.
-        self.unknown_parameters = self._settings.unknown()
-        for sentence in self.unknown_parameters:
-            self.get_logger().warning(sentence)
-        self.state = 'active'
-        return super().on_activate(state)
+        return self._attempt(self._listen, self._ignore, 'active')
 
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Listen to joint states no more."""
-        for joint_input in self.inputs.values():
-            joint_input.ignore()
+        self._ignore()
         for robot in self.robots.values():
             robot.reset()
         self.state = 'inactive'
@@ -145,53 +129,64 @@ class KinematicStatePublisher(LifecycleNode):
         self._background.close()
         super().destroy_node()
 
+    def _attempt(self, action: Callable[[], None], undo: Callable[[], None], state: str,
+                 ) -> TransitionCallbackReturn:
+        """Do what a transition asks for, or tell what was in the way and undo it."""
+        self.failure = None
+        try:
+            action()
+        except Exception as error:      # rclpy would end the transition without a word
+            self.failure = error if isinstance(error, ScrewKinematicsError) else (
+                ScrewKinematicsError(f'{type(error).__name__}: {error}'))
+            if not self._starting:      # else it is raised, for one line in all
+                self.get_logger().error(f'cannot become {state}: {self.failure}')
+            undo()
+            return TransitionCallbackReturn.FAILURE
+        self.state = state
+        return TransitionCallbackReturn.SUCCESS
+
     def _configure(self) -> None:
         settings = self._settings.node_settings()
         if not settings.robots:
             raise ParameterError('robots', [], HOW_TO_CONFIGURE)
+        for name in settings.robots:
+            self._settings.declare_robot(name)
         every = [self._settings.robot_settings(name) for name in settings.robots]
         for robot_settings in every:
             robot = Robot(self, robot_settings, self._background)
             self.robots[robot.name] = robot
             if robot_settings.description:
                 robot.load_given()
-        listeners: dict[str, list[Robot]] = {}
-        for robot in self.robots.values():
-            for topic in robot.settings.joint_states_topic:
-                listeners.setdefault(
-                    self._resolve(robot, 'joint_states_topic', topic), []).append(robot)
-        for topic, robots in listeners.items():
-            self.inputs[topic] = JointInput(self, topic, [robot.take for robot in robots])
-        self._subscribe_to_descriptions(
-            r for r in self.robots.values() if not r.settings.description)
-
-    def _subscribe_to_descriptions(self, robots: Iterable[Robot]) -> None:
-        by_topic: dict[str, list[Robot]] = {}
-        for robot in robots:
-            topic = self._resolve(robot, 'description_topic', robot.settings.description_topic)
-            by_topic.setdefault(topic, []).append(robot)
-        for topic, waiting in by_topic.items():
-            def described(message: String, waiting: list[Robot] = waiting) -> None:
-                for robot in waiting:
-                    robot.load_text(message.data)
+        robots = self.robots.values()
+        for topic, listeners in by_topic(
+                self, robots, 'joint_states_topic',
+                lambda r: r.settings.joint_states_topic).items():
+            self.inputs[topic] = JointInput(self, topic, [robot.take for robot in listeners])
+        undescribed = [r for r in robots if not r.settings.description]
+        for topic, listeners in by_topic(
+                self, undescribed, 'description_topic',
+                lambda r: [r.settings.description_topic]).items():
             self._descriptions.append(self.create_subscription(
-                String, topic, described,
+                String, topic, partial(_described, listeners),
                 QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)))
 
-    def _resolve(self, robot: Robot, parameter: str, topic: str) -> str:
-        """Return the full name of a topic."""
-        try:
-            validate_topic_name(topic)
-        except InvalidTopicNameException:
-            raise ParameterError(f'{robot.name}.{parameter}', topic, 'a topic name') from None
-        return self.resolve_topic_name(topic)
+    def _listen(self) -> None:
+        for joint_input in self.inputs.values():
+            joint_input.listen()
+        # Only now all parameters exist, those of the subscriptions' quality of service too.
+        self.unknown_parameters = self._settings.unknown()
+        for sentence in self.unknown_parameters:
+            self.get_logger().warning(sentence)
+
+    def _ignore(self) -> None:
+        for joint_input in self.inputs.values():
+            joint_input.ignore()
 
     def _clean_up(self) -> None:
         for subscription in self._descriptions:
             self.destroy_subscription(subscription)
         self._descriptions.clear()
-        for joint_input in self.inputs.values():
-            joint_input.ignore()
+        self._ignore()
         self.inputs.clear()
         for robot in self.robots.values():
             robot.close()
@@ -238,7 +233,17 @@ class KinematicStatePublisher(LifecycleNode):
         return SetParametersResult(successful=True)
 
     def _parameters_changed(self, parameters: list[Parameter]) -> None:
+        changed = as_values(parameters)
+        if 'robots' in changed:     # so that the parameters of new robots can be set, too
+            for name in self._settings.node_settings().robots:
+                self._settings.declare_robot(name)
         plans, self._plans = self._plans, {}
         for name, (settings, model) in plans.items():
             self.robots[name].apply(settings, model)
-        self._set_report_rate(self._settings.node_settings().diagnostics_rate)
+        if 'diagnostics_rate' in changed:
+            self._set_report_rate(self._settings.node_settings().diagnostics_rate)
+
+
+def _described(robots: list[Robot], message: String) -> None:
+    for robot in robots:
+        robot.load_text(message.data)

@@ -61,11 +61,13 @@ class NodeParameters:
             A value is not allowed, alone or with the others.
 
         """
-        prefix = f'{robot}.'
+        return RobotSettings.read(robot, self._values(f'{robot}.', ROBOT, changes or {}))
+
+    def declare_robot(self, robot: str) -> None:
+        """Declare the parameters of a robot, unless they are."""
         for setting in ROBOT:
-            if prefix + setting.name not in self._declared:
-                self._declare(prefix, setting)
-        return RobotSettings.read(robot, self._values(prefix, ROBOT, changes or {}))
+            if f'{robot}.{setting.name}' not in self._declared:
+                self._declare(f'{robot}.', setting)
 
     def check_changeable(self, names: Iterable[str], configured: bool) -> None:
         """Raise ParameterError if one of the parameters cannot change in this state."""

@@ -79,7 +79,11 @@ class Robot:
         number, settings = self._latest_load, self.settings
 
         def done(model: Any) -> None:
-            if number == self._latest_load:
+            if number != self._latest_load:
+                return
+            if settings is not self.settings:   # they have changed meanwhile
+                self.load_text(text)
+            else:
                 self._description = text
                 self._set_model(model)
                 self._log.info(f'{self.name}: {model!r}')

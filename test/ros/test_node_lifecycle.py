@@ -34,7 +34,7 @@ def test_the_whole_life(context, tmp_path):
         assert state(rig) == 'unconfigured'
         rig.wait(lambda: rig.status('node')[0] == b'\2')
         assert 'no such file' in rig.status('node')[1]
-        assert rig.log.read_text().count('/no/such/file.urdf') >= 1
+        assert 'cannot become inactive: /no/such/file.urdf' in rig.log.read_text()
         assert rig.set_parameters(arm__description=PUMA).successful
         assert change(rig, Transition.TRANSITION_CONFIGURE)
         assert state(rig) == 'inactive'
@@ -64,6 +64,16 @@ def test_the_whole_life(context, tmp_path):
         assert change(rig, Transition.TRANSITION_ACTIVATE)
         assert change(rig, Transition.TRANSITION_ACTIVE_SHUTDOWN)
         assert state(rig) == 'finalized'
+
+
+def test_robots_may_be_named_and_described_before_they_are_configured(context, tmp_path):
+    with running(context, tmp_path, {'autostart': False, 'diagnostics_rate': 20.0}) as rig:
+        assert not change(rig, Transition.TRANSITION_CONFIGURE)
+        assert 'names of robots' in rig.log.read_text()
+        assert rig.set_parameters(robots=['arm']).successful
+        assert rig.set_parameters(arm__description=PUMA).successful
+        assert change(rig, Transition.TRANSITION_CONFIGURE)
+        rig.wait(lambda: rig.node.count_publishers('arm/twist') == 1)
 
 
 def test_parameters_are_not_offered_if_so_asked(context, tmp_path):

@@ -35,6 +35,8 @@ WRONG = [
     ({'arm.joint_states_topic': ''}, "'arm.joint_states_topic' is ''; allowed: a topic name"),
     ({'arm.joint_states_topic': 'joint states'}, "'arm.joint_states_topic'.*'joint states'"),
     ({'arm.tip_frame': 'nowhere'}, "puma560.yaml: tip_frame: got 'nowhere'"),
+    ({'qos_overrides./joint_states.subscription.reliability': 'perhaps'}, "'?perhaps'?"),
+    ({'qos_overrides./arm/twist.publisher.depth': 'deep'}, 'qos_overrides./arm/twist.*deep'),
     ({'arm.description': '/no/such.urdf'}, '/no/such.urdf: no such file'),
     ({'arm.description': BROKEN}, "parameter 'arm.description': "),
     ({'arm.description': PLANAR}, "parameter 'arm.description': .*'slide'.*planar"),

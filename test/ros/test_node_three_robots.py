@@ -85,6 +85,11 @@ def test_what_happens_to_one_is_nothing_to_the_others(context, tmp_path):
             descriptions.publish(String(data=leg(0.9)))
             n = len(got['leg/twist'])
             rig.wait(lambda: len(got['leg/twist']) > n + 150)
+            long_shin = got['leg/twist'][-1]
+            assert rig.set_parameters(leg__tip_frame='shin').successful
+            n = len(got['leg/twist'])
+            rig.wait(lambda: len(got['leg/twist']) > n + 100)
+            knee = got['leg/twist'][-1]
             descriptions.publish(String(data='<robot name="leg"><link name="a"/>'))
             rig.wait(lambda: rig.status('leg')[0] == b'\1')
             assert 'robot_description' in rig.status('leg')[1]
@@ -116,8 +121,9 @@ def test_what_happens_to_one_is_nothing_to_the_others(context, tmp_path):
 
         # Before and after the change, the leg's motion is that of the model of the time.
         twists = got['leg/twist']
-        for message, length in ((twists[60], 0.4), (twists[-1], 0.9)):
-            chain = models.load_urdf(leg(length))
+        for message, length, tip in (
+                (twists[60], 0.4, 'foot'), (long_shin, 0.9, 'foot'), (knee, 0.9, 'shin')):
+            chain = models.load_urdf(leg(length), tip_frame=tip)
             q, qd = smooth_motion(8, stamp_ns(message) * 1e-9)
             assert np.allclose(
                 six(message.twist), chain.state(q[:2], qd[:2]).velocity, atol=1e-2)
