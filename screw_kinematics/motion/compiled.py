@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from functools import lru_cache
+from importlib.util import find_spec
 import math
 from typing import Any, NamedTuple
 
@@ -21,20 +22,39 @@ class Kernels(NamedTuple):
     add_correction: Any
 
 
+_ready: list[Kernels] = []
+
+
+def ready() -> Kernels | None:
+    """Return the compiled functions if some estimator has been warmed up, else None."""
+    return _ready[0] if _ready else None
+
+
+def announce(kernels: Kernels) -> None:
+    """Let estimators made from now on use the functions, which have run once."""
+    _ready[:] = [kernels]
+
+
 @lru_cache(maxsize=1)
 def load() -> Kernels | None:
     """
-    Return the compiled functions, or None where Numba is not installed.
+    Return functions that are compiled when they first run; None where Numba is not installed.
 
-    The first call compiles (a second or two; the result is cached on disk), so it belongs to
-    configuration, not to the first message.
+    Compiling takes a second or two and belongs to configuration, not to the first message; the
+    result is cached on disk where that can be written.
     """
-    try:
-        from numba import njit
-    except ImportError:
+    if find_spec('numba') is None:
         return None
+    try:
+        return _define(cache=True)
+    except RuntimeError:      # no place for the cache
+        return _define(cache=False)
 
-    @njit(cache=True, error_model='numpy')
+
+def _define(cache: bool) -> Kernels:
+    from numba import njit
+
+    @njit(cache=cache, error_model='numpy')
     def steady_step(  # type: ignore[no-untyped-def]
             old, new, mean, table, velocity_table, position, velocity, r, forget, span, floor):
         """Do what `FilterBank._steady_step` does; tables hold gains, precision, constants."""
@@ -91,7 +111,7 @@ def load() -> Kernels | None:
                 for k in range(4):
                     mean[k, j] += w * new[4 + k, m, j]
 
-    @njit(cache=True, error_model='numpy', fastmath={'reassoc', 'contract'})
+    @njit(cache=cache, error_model='numpy', fastmath={'reassoc', 'contract'})
     def weighted_mean(mean, weights, state):  # type: ignore[no-untyped-def]
         """Write the weighted mean of the filters' states to `mean`."""
         mean[:] = 0.0
@@ -100,7 +120,7 @@ def load() -> Kernels | None:
                 for j in range(weights.shape[1]):
                     mean[k, j] += weights[m, j] * state[k, m, j]
 
-    @njit(cache=True, error_model='numpy', fastmath={'reassoc', 'contract'})
+    @njit(cache=cache, error_model='numpy', fastmath={'reassoc', 'contract'})
     def add_correction(mean, taps, errors, start, count, weights):  # type: ignore[no-untyped-def]
         """Add to `mean` what `Taps.correction` finds in one of the two innovations."""
         filters, joints = weights.shape

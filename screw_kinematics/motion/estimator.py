@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from screw_kinematics.errors import InvalidValueError
-from screw_kinematics.motion.compiled import load
+from screw_kinematics.motion.compiled import announce, Kernels, load, ready
 from screw_kinematics.motion.filter_bank import BANDWIDTHS, FilterBank
 from screw_kinematics.motion.fixed_lag import FixedLag, Parts
 from screw_kinematics.motion.guarded_estimator import GuardedEstimator
@@ -72,6 +72,7 @@ class MotionEstimator(GuardedEstimator):
         self._bank = self._make_bank(window)
         self._lag = FixedLag(self.delay) if self.delay > 0 else None
         self._bank.remember = self._lag is not None
+        self._use(ready())
         self._pace = Pace()
         self._count = 0
         self._clock = SamplingClock() if regularise else None
@@ -129,26 +130,35 @@ class MotionEstimator(GuardedEstimator):
             wanted, state, partial(self._covariance, bank.snapshot(), parts, onward))
 
     def warm_up(self) -> None:
-        """Compile the steady steps where Numba is installed; without, nothing changes."""
+        """
+        Compile the steady steps where Numba is installed; without, nothing changes.
+
+        Once in a process is enough: estimators made afterwards use the compiled steps too.
+        """
         kernels = load()
+        if kernels is None:
+            return
+        self._use(kernels)
+        if ready() is None:
+            self._exercise()
+            announce(kernels)
+
+    def _use(self, kernels: Kernels | None) -> None:
         self._bank.kernels = kernels
         if self._lag is not None:
             self._lag.kernels = kernels
-        if kernels is not None:
-            self._exercise()
 
     def _exercise(self) -> None:
         """Run on made-up samples, so that the compiled functions are ready for the real ones."""
-        trial = MotionEstimator(self.n_joints, self.delay)
-        trial._bank.kernels = self._bank.kernels
-        if trial._lag is not None and self._lag is not None:
-            trial._lag.kernels = self._lag.kernels
-        rng = np.random.default_rng(0)
-        time = 0.0
-        while trial._bank.steady is None or time < trial.delay + 0.2:
-            velocity = np.full(self.n_joints, 0.5)
-            time += 2e-3
-            trial.update(time, velocity * time + 1e-5 * rng.normal(size=self.n_joints))
+        random = np.random.default_rng(0)
+        for delay in (0.0, 0.01):
+            trial = MotionEstimator(1, delay)
+            trial._use(self._bank.kernels)
+            time = 0.0
+            while trial._bank.steady is None or time < 1.0:
+                time += 4e-3
+                noise = random.normal(size=2)
+                trial.update(time, 0.5 * time + 1e-5 * noise[:1], 0.5 + 1e-2 * noise[1:])
 
     @property
     def velocity_used(self) -> Array:

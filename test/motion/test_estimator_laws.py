@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from screw_kinematics.motion import (
-    FixedKalmanFilter, MotionEstimator, SavitzkyGolay, steady_steps)
+    compiled, FixedKalmanFilter, MotionEstimator, SavitzkyGolay, steady_steps)
 
 RATE = 500
 
@@ -220,10 +220,12 @@ def test_compiled_steps_change_nothing(delay, measured, monkeypatch):
         rng = np.random.default_rng(4)
         velocities = motion(stamps)[1] + 5e-3 * rng.normal(size=positions.shape)
         velocities[600:620, 1] = np.nan      # gains are released and found again
-    compiled = MotionEstimator(3, delay=delay)
-    compiled.warm_up()
-    _, states, variances = run(compiled, stamps, positions, velocities)
-    _, expected, variances_expected = run(
-        MotionEstimator(3, delay=delay), stamps, positions, velocities)
+    monkeypatch.setattr(compiled, '_ready', [])
+    expected_of = MotionEstimator(3, delay=delay)
+    swift = MotionEstimator(3, delay=delay)
+    swift.warm_up()
+    assert MotionEstimator(3)._bank.kernels is not None and expected_of._bank.kernels is None
+    _, states, variances = run(swift, stamps, positions, velocities)
+    _, expected, variances_expected = run(expected_of, stamps, positions, velocities)
     np.testing.assert_allclose(states, expected, rtol=1e-7, atol=1e-7)
     np.testing.assert_allclose(variances, variances_expected, rtol=1e-5)
