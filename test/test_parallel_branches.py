@@ -204,6 +204,16 @@ class TestConstruction:
         with pytest.raises(UnknownNameError, match="home posture: 'q7'; known: 'left_base'"):
             ParallelManipulator(self.limbs, ['left_base'], {'q7': 0.0})
 
+    def test_huge_numbers(self):
+        stewart = load('stewart_6ups')
+        with pytest.raises(InvalidValueError, match='reach further than 1e.100 m at leg_1 1e'):
+            stewart.posture(np.full(6, 1e300))
+        far = np.eye(4)
+        far[0, 3] = 1e120
+        with pytest.raises(InvalidValueError, match='reach further than 1e.100 m at left'):
+            ParallelManipulator([limb.with_tool(far) for limb in self.limbs], ['left_base'],
+                                {'left_base': 0.5, 'right_base': 0.7})
+
     def test_wrong_joint_vectors(self):
         linkage = parallelogram()
         with pytest.raises(ShapeError, match=r'q of Parallel.*expected shape \(1,\), got \(2,\)'):

@@ -18,6 +18,9 @@ from ..se3 import Array
 from ..states import reduced_from_classical
 from ..trace import Graph, straight_line
 
+LARGEST = 1e100
+"""Length whose square is still a number [m]."""
+
 
 class Limbs:
     """
@@ -116,8 +119,16 @@ class Limbs:
         screws : LimbScrews
             About each limb's own platform point, in base axes.
 
+        Raises
+        ------
+        InvalidValueError
+            A value is too large to compute with.
+
         """
         flat = np.array(self._program(0).evaluate(values), dtype=float)
+        if not np.abs(flat).max() < LARGEST:
+            raise InvalidValueError(
+                f'the limbs reach further than {LARGEST:g} m {self.at(values)}')
         rotations, positions, passive, actuated = (flat[where] for where in self._layout)
         return rotations, positions, LimbScrews(passive, actuated)
 
@@ -145,7 +156,7 @@ class Limbs:
         away = joints - others
         return away - np.where(self.turning, 2 * np.pi * np.round(away / (2 * np.pi)), 0.0)
 
-    def at(self, joints: Array) -> str:
+    def at(self, joints: Iterable[float]) -> str:
         """Return the positions of the actuated joints, for messages."""
         values = ', '.join(f'{name} {value:.6g}' for name, value in zip(self.actuated, joints))
         return f'at {values}'
