@@ -11,19 +11,18 @@ import numpy as np
 from .closed_posture import closed_posture, ClosedPosture
 from .continuation import check_same_mode, follow
 from .home import close_at_home, mobility_at_home
+from .limb_motion import LimbMotion
 from .limbs import Limbs
 from .newton import reach
 from .program import ParallelProgram
-from .rates import joint_rates, platform_states
 from ..body_state import BodyState
-from ..chain import MAX_ORDER, SerialChain
-from ..errors import InvalidValueError, ShapeError
+from ..chain import SerialChain
 from ..joint import Joint
 from ..posture import rigid_displacement
 from ..se3 import Array
 
 
-class ParallelManipulator:
+class ParallelManipulator(LimbMotion):
     """
     A platform carried by limbs, some of whose joints are measured; immutable.
 
@@ -102,11 +101,6 @@ class ParallelManipulator:
     def limbs(self) -> tuple[SerialChain, ...]:
         """Return the limbs, each an open chain from base to platform."""
         return self._limbs.chains
-
-    @property
-    def dof(self) -> int:
-        """Return the number of actuated (measured) joints."""
-        return len(self.joint_names)
 
     @property
     def characteristic_length(self) -> float:
@@ -235,90 +229,6 @@ class ParallelManipulator:
         return self._body_state(np.array([pose for pose, _ in samples]),
                                 list(np.stack([x for _, x in samples], axis=1)))
 
-    def rates(self, posture: ClosedPosture, *derivatives: Any) -> tuple[list[Array], list[Array]]:
-        """
-        Return the platform's states and the passive joints' rates.
-
-        Parameters
-        ----------
-        posture : ClosedPosture
-            Where the manipulator is.
-        *derivatives : array, shape (dof,)
-            First to at most fourth time derivatives of the actuated joints.
-
-        Returns
-        -------
-        states : list of array, shape (6,)
-            Reduced states of order 1, 2, ..., pole at the platform frame's origin, axes of
-            the base.
-        passive : list of array, shape (passive joints,)
-            First, second, ... time derivatives.
-
-        """
-        self._check_order(derivatives)
-        return platform_states(self._limbs, posture, [
-            self._vector(f'derivative {n} of q', d) for n, d in enumerate(derivatives, 1)])
-
-    def inverse_rates(self, posture: ClosedPosture, *states: Any,
-                      ) -> tuple[list[Array], list[Array]]:
-        """
-        Return the rates of actuated and passive joints for given platform states.
-
-        In closed form by reciprocal screws; where the actuators are redundant, the ones of
-        least squares.
-
-        Parameters
-        ----------
-        posture : ClosedPosture
-            Where the manipulator is.
-        *states : array, shape (6,)
-            Reduced states of order 1 to at most 4, pole at the platform frame's origin,
-            axes of the base.
-
-        Returns
-        -------
-        actuated : list of array, shape (dof,)
-            First, second, ... time derivatives.
-        passive : list of array, shape (passive joints,)
-
-        Raises
-        ------
-        SingularityError
-            An actuator can move with the platform at rest.
-        InvalidValueError
-            The limbs do not allow such a motion; the message names one that does not.
-
-        """
-        self._check_order(states)
-        return joint_rates(self._limbs, posture, [np.asarray(x, dtype=float) for x in states])
-
-    def wrenches(self, posture: ClosedPosture) -> tuple[list[Array], list[Array]]:
-        """
-        Return the wrenches that each limb puts on the platform, as screws.
-
-        Returns
-        -------
-        actuation : list of array, shape (n, 6)
-            Per limb, ``(force; moment)`` about the platform frame's origin, base axes:
-            what its locked actuators hold.
-        constraint : list of array, shape (m, 6)
-            Per limb, reciprocal to all its joints: what it holds without any actuator.
-
-        """
-        return posture.system.limb_wrenches()
-
-    def points(self, posture: ClosedPosture) -> dict[str, Array]:
-        """
-        Return the points to draw each limb through, in base axes [m].
-
-        Returns
-        -------
-        dict from limb name to array, shape (joints + 1, 3)
-            A point on each joint's axis, then the platform frame's origin.
-
-        """
-        return dict(zip(self._limbs.names, self._limbs.points(posture.joints)))
-
     def compile(self, outputs: Iterable[str] = ('pose', 'twist', 'accel'),    # noqa: A003
                 backend: str = 'auto', axes: str = 'base', pole: str = 'tip',
                 ) -> ParallelProgram:
@@ -342,17 +252,3 @@ class ParallelManipulator:
     def _body_state(self, pose: Array, states: Sequence[Array]) -> BodyState:
         return BodyState(pose, tuple(states), pose[..., :3, 3],
                          base_frame=self.base_frame, tip_frame=self.tip_frame)
-
-    def _vector(self, name: str, value: Any) -> Array:
-        vector = np.asarray(value, dtype=float)
-        if vector.shape != (self.dof,):
-            raise ShapeError(f'{name} of {self!r}', f'({self.dof},)', vector.shape)
-        if not np.all(np.isfinite(vector)):
-            raise InvalidValueError(f'{name} of {self!r} must be finite, got {value!r}')
-        return vector
-
-    @staticmethod
-    def _check_order(derivatives: Sequence[Any]) -> None:
-        if len(derivatives) > MAX_ORDER:
-            raise InvalidValueError(
-                f'derivatives up to order {MAX_ORDER} are supported, got {len(derivatives)}')

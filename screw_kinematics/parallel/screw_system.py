@@ -134,15 +134,23 @@ class ScrewSystem:
         Returns
         -------
         actuation, constraint : list of array, shape (n, 6)
-            Screws ``(force; moment)``; the latter are reciprocal to all joints of the limb.
+            Unit screws ``(force; moment)``, couples of unit moment. The former do positive
+            work in their actuators' positive sense; the latter are reciprocal to all joints
+            of the limb.
 
         """
         actuation, constraint = [], []
         for limb in range(len(self._passive)):
             rows = self._limb_of_row == limb
-            u, sizes, _ = np.linalg.svd(self.work[rows])
+            u, sizes, vt = np.linalg.svd(self.work[rows])
             held = int(np.sum(sizes > RANK_TOLERANCE))
-            basis = u.T @ self.wrenches[rows]
+            strongest = np.argmax(np.abs(vt), axis=1)
+            sign = np.ones(len(u))
+            sign[:held] = np.sign(vt[np.arange(held), strongest[:held]])
+            basis = sign[:, None] * (u.T @ self.wrenches[rows])
+            force = np.linalg.norm(basis[:, :3], axis=1)
+            couple = force <= RANK_TOLERANCE * np.linalg.norm(basis, axis=1)
+            basis /= np.where(couple, np.linalg.norm(basis[:, 3:], axis=1), force)[:, None]
             actuation.append(basis[:held])
             constraint.append(basis[held:])
         return actuation, constraint
@@ -166,11 +174,6 @@ class ScrewSystem:
         platform when the actuators are locked.
         """
         return np.roll(self._wrenches * self._scale, 3, axis=-1)
-
-    @property
-    def wrench_limbs(self) -> Array:
-        """Index of the limb of each reciprocal wrench, shape (wrenches,)."""
-        return self._limb_of_row
 
     @cached_property
     def conditioning(self) -> Conditioning:
