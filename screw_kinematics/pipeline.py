@@ -35,6 +35,9 @@ class Program(Protocol):
     def evaluate(self) -> Callable[[Sequence[float]], Sequence[float]]:
         """Return the outputs from positions, velocities, ... of the joints."""
 
+    def warm_up(self) -> None:
+        """Do now what would otherwise be done on the first call."""
+
 
 class RobotPipeline:
     """
@@ -89,6 +92,22 @@ class RobotPipeline:
     def joint_names(self) -> tuple[str, ...]:
         """Names of the measured joints."""
         return self._joints.joint_names
+
+    def warm_up(self, program: Program, covariance: bool = False) -> None:
+        """
+        Compile what the first samples would wait for; in any thread, beside the samples.
+
+        Parameters
+        ----------
+        program : Program
+            The one that will be given to :meth:`want`.
+        covariance : bool
+            As there.
+
+        """
+        program.warm_up()
+        # All later ones find compiled what the first one has compiled.
+        GroupMotion(self.settings, self._continuous, program.order, covariance)
 
     def want(self, program: Program | None, order: int | None = None,
              covariance: bool = False) -> None:

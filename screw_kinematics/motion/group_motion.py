@@ -99,6 +99,7 @@ class GroupMotion:
             order > 1 if self._measured else order > 0)
         if estimated and self.estimator is None:
             self.estimator = self.settings.make_estimator(self._continuous)
+            self.estimator.warm_up()
         self._estimated = estimated
 
     def reset(self) -> None:

@@ -186,9 +186,17 @@ class Robot:
         def failed(error: ScrewKinematicsError) -> None:
             self._log.error(f'{self.name}: {error}')
 
-        self._background.submit(
-            partial(self.model.compile, needs, backend='python', axes=self.settings.expressed_in,
-                    pole=self.settings.reference_point), done, failed)
+        model, pipeline, settings = self.model, self.pipeline, self.settings
+        covariance = self.topics.needs_variances
+
+        def work() -> Any:
+            assert pipeline is not None
+            program = model.compile(
+                needs, axes=settings.expressed_in, pole=settings.reference_point)
+            pipeline.warm_up(program, covariance)
+            return program
+
+        self._background.submit(work, done, failed)
 
     def _use(self, needs: tuple[str, ...]) -> None:
         assert self.pipeline is not None
