@@ -30,6 +30,7 @@ class Program(Protocol):
 
     order: int
     inputs: int
+    backend: str
 
     @property
     def evaluate(self) -> Callable[[Sequence[float]], Sequence[float]]:
@@ -85,7 +86,7 @@ class RobotPipeline:
         self._layout: Layout | None = None
         self._group_motion: GroupMotion | None = None
         self._program: Program | None = None
-        self._order, self._covariance = 0, False
+        self._order, self._covariance, self._compiled = 0, False, False
         self.configure(settings, max_apart)
 
     @property
@@ -107,7 +108,7 @@ class RobotPipeline:
         """
         program.warm_up()
         # All later ones find compiled what the first one has compiled.
-        GroupMotion(self.settings, self._continuous, program.order, covariance)
+        GroupMotion(self.settings, self._continuous, program.order, covariance, compiled=True)
 
     def want(self, program: Program | None, order: int | None = None,
              covariance: bool = False) -> None:
@@ -127,8 +128,9 @@ class RobotPipeline:
         self._program = program
         self._covariance = covariance
         self._order = 0 if program is None else max(program.order, order or 0)
+        self._compiled = program is not None and program.backend == 'numba'
         for motion in self._motions.values():
-            motion.want(self._order, covariance)
+            motion.want(self._order, covariance, self._compiled)
 
     def configure(self, settings: MotionSettings, max_apart: float) -> None:
         """Go over to other settings; joint motion goes on where its settings are the same."""
@@ -297,7 +299,7 @@ class RobotPipeline:
             self._rounds.keep(self._joints.groups)
             self._motions[columns] = GroupMotion(
                 self.settings, [self._continuous[c] for c in columns],
-                self._order, self._covariance)
+                self._order, self._covariance, self._compiled)
         self._group_motion = self._motions[columns]
 
     def _refuse(self, reason: str) -> Sequence[float] | None:
