@@ -1,6 +1,7 @@
 # Copyright screw_kinematics contributors
 # SPDX-License-Identifier: Apache-2.0
 """The robot of this benchmark: a Panda, and what its driver says of it."""
+from collections.abc import Sequence
 from importlib.metadata import distribution
 from pathlib import Path
 import struct
@@ -38,7 +39,8 @@ class Driver:
         q[:, 3] -= 1.5
         q = np.round(q / 1e-5) * 1e-5
         qd += random.normal(0, 1e-3, qd.shape)
-        self._bodies = [_body(*sample) for sample in zip(q.tolist(), qd.tolist())]
+        self._bodies = [
+            message_body(JOINTS, *sample) for sample in zip(q.tolist(), qd.tolist())]
         self._jitter = random.normal(0, _JITTER_NS, _SAMPLES).clip(
             -PERIOD_NS / 3, PERIOD_NS / 3).astype(int).tolist()
         self._count = 0
@@ -52,20 +54,21 @@ class Driver:
                 + self._bodies[i])
 
 
-def _body(position: list[float], velocity: list[float]) -> bytes:
+def message_body(names: Sequence[str], position: Sequence[float],
+                 velocity: Sequence[float]) -> bytes:
     """Return what follows the stamp: frame, names, positions, velocities, no efforts."""
     out = bytearray(8)      # room for the stamp, so that alignment is right
 
     def align(size: int) -> None:
         out.extend(bytes(-len(out) % size))
 
-    for text in ('', *JOINTS):
+    for text in ('', *names):
         align(4)
         raw = text.encode() + b'\0'
         out.extend(struct.pack('<I', len(raw)) + raw)
         if not text:
             align(4)
-            out.extend(struct.pack('<I', len(JOINTS)))
+            out.extend(struct.pack('<I', len(names)))
     for values in (position, velocity):
         align(4)
         out.extend(struct.pack('<I', len(values)))

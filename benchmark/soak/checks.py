@@ -1,0 +1,209 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Every output of a topic, checked against what is true at its stamp."""
+from dataclasses import dataclass, field
+import time
+
+import numpy as np
+
+from .robots import BASES, RIVAL_NS, SAMPLES, SoakRobot, TICK_NS
+from .shared import Progress, RING
+
+EXACT = 1e-9
+"""Greatest error of what follows from one sample [rad/s, m/s]."""
+
+ESTIMATED = {'twist': 1e-3, 'accel': 0.05}
+"""The same for estimates, in parts of the quantity's root mean square."""
+
+STAMP_NS = 100_000
+"""How far from a sample's stamp an output's may be."""
+
+BINS = np.logspace(-5, 2, 1401)
+"""Of latencies [s]."""
+
+
+@dataclass
+class Tally:
+    """
+    What was found about the outputs of a topic.
+
+    Attributes
+    ----------
+    received : int
+    exact, estimated : int
+        How many were compared with the truth, by either bound.
+    unsettled : int
+        Estimates within or soon after a fault, not compared.
+    not_finite, wrong, too_far : int
+        How many failed: not a number, not the sample's, estimate too far from the truth.
+    worst_exact, worst_estimate : float
+        Greatest error of either.
+
+    """
+
+    received: int = 0
+    exact: int = 0
+    estimated: int = 0
+    unsettled: int = 0
+    not_finite: int = 0
+    wrong: int = 0
+    too_far: int = 0
+    worst_exact: float = 0.0
+    worst_estimate: float = 0.0
+    examples: list[str] = field(default_factory=list)
+
+    @property
+    def failures(self) -> int:
+        """Return how many outputs were not right."""
+        return self.not_finite + self.wrong + self.too_far
+
+
+@dataclass
+class Permitted:
+    """
+    Which samples there are at present.
+
+    Attributes
+    ----------
+    rival : bool
+        Whether a second publisher has another motion.
+    unstamped : bool
+        Whether some samples, all the first of the motion, get their stamp from the node.
+    settled_from : list of int, or None
+        For each robot the tick from which on estimates have settled.
+
+    """
+
+    rival: bool = False
+    unstamped: bool = False
+    settled_from: list[int] | None = None
+
+
+class TopicCheck:
+    """
+    Collects the messages of a topic and checks them in batches.
+
+    Parameters
+    ----------
+    number : int
+        Of the robot.
+    robot : SoakRobot
+    output : str
+    progress : Progress
+        When which sample was published.
+
+    """
+
+    def __init__(self, number: int, robot: SoakRobot, output: str, progress: Progress) -> None:
+        self.tally = Tally()
+        self.latencies = np.zeros(len(BINS) - 1, int)     # of settled outputs
+        self.worst_latency = 0.0
+        self.last_base = 0
+        self._number, self._robot, self._output = number, robot, output
+        self._exact = output in robot.exact
+        self._truth = np.stack([
+            robot.expected(description)[output] for description in range(1 + robot.described)])
+        self._rival = np.stack([
+            robot.expected(description, rival=True)[output]
+            for description in range(1 + robot.described)]) if self._exact else self._truth
+        # Angular and linear parts have their own size.
+        self._size = np.sqrt((self._truth[0].reshape(-1, 2, 3)**2).sum(2).mean(0)).repeat(3)
+        self._numbers, self._times = progress.numbers, progress.times(number)
+        self._batch: list[bytes] = []
+        self._arrivals: list[int] = []
+
+    def take(self, data: bytes) -> None:
+        """Collect a message."""
+        self._arrivals.append(time.monotonic_ns())
+        self._batch.append(data)
+
+    def check(self, permitted: Permitted) -> None:
+        """Check what was collected."""
+        batch, arrivals = self._batch, self._arrivals
+        if not batch:
+            return
+        self._batch, self._arrivals = [], []
+        tally = self.tally
+        tally.received += len(batch)
+        stamps, bases, values = decode(batch)
+        finite = np.isfinite(values).all(1)
+        self._note(tally, 'not_finite', ~finite, stamps, values)
+        ticks = np.rint(stamps / TICK_NS).astype(int)
+        base = np.array([BASES.index(b) if b in BASES else 0 for b in bases])
+        if not self._robot.described:
+            base[:] = 0
+        self.last_base = int(base[-1])
+        settled = np.zeros(len(batch), bool)
+        if permitted.settled_from is not None:
+            settled = ticks >= permitted.settled_from[self._number]
+        if self._exact:
+            self._check_exact(stamps, ticks, base, values, permitted)
+        else:
+            self._check_estimates(stamps, ticks, values, settled)
+        self._time(ticks[settled], np.array(arrivals)[settled])
+
+    def _check_exact(self, stamps: np.ndarray, ticks: np.ndarray, base: np.ndarray,
+                     values: np.ndarray, permitted: Permitted) -> None:
+        def errors(truth: np.ndarray, beside: int | None) -> np.ndarray:
+            error = np.abs(values - truth).max(1)
+            if beside is not None:
+                off = (stamps - beside + TICK_NS // 2) % TICK_NS - TICK_NS // 2
+                error = np.where(np.abs(off) <= STAMP_NS, error, np.inf)
+            return np.where(np.isfinite(error), error, np.inf)
+
+        error = errors(self._truth[base, ticks % SAMPLES], 0)
+        if permitted.rival:
+            at = (stamps - RIVAL_NS) // TICK_NS
+            nearest = np.rint((stamps - RIVAL_NS) / TICK_NS).astype(int)
+            at = nearest % SAMPLES
+            error = np.minimum(error, errors(self._rival[base, at], RIVAL_NS))
+        if permitted.unstamped:
+            error = np.minimum(error, errors(self._truth[base, 0], None))
+        tally = self.tally
+        tally.exact += len(error)
+        self._note(tally, 'wrong', error > EXACT, stamps, values)
+        right = error[error <= EXACT]
+        tally.worst_exact = max(tally.worst_exact, right.max(initial=0.0))
+
+    def _check_estimates(self, stamps: np.ndarray, ticks: np.ndarray, values: np.ndarray,
+                         settled: np.ndarray) -> None:
+        tally = self.tally
+        tally.unsettled += int((~settled).sum())
+        tally.estimated += int(settled.sum())
+        error = (np.abs(values - self._truth[0, ticks % SAMPLES])
+                 / np.where(self._size > 0, self._size, 1.0)).max(1)
+        error = np.where(np.isfinite(error) & settled, error, 0.0)
+        self._note(tally, 'too_far', error > ESTIMATED[self._output], stamps, values)
+        tally.worst_estimate = max(tally.worst_estimate, error.max(initial=0.0))
+
+    def _time(self, ticks: np.ndarray, arrivals: np.ndarray) -> None:
+        ring = self._numbers[self._times:self._times + RING]
+        published = np.asarray(ring)[(ticks + self._robot.delay_ticks) % RING]
+        latency = (arrivals - published) * 1e-9
+        self.latencies += np.histogram(latency.clip(BINS[0], BINS[-1]), BINS)[0]
+        self.worst_latency = max(self.worst_latency, latency.max(initial=0.0))
+
+    def _note(self, tally: Tally, what: str, bad: np.ndarray, stamps: np.ndarray,
+              values: np.ndarray) -> None:
+        if bad.any():
+            setattr(tally, what, getattr(tally, what) + int(bad.sum()))
+            if len(tally.examples) < 5:
+                i = int(np.argmax(bad))
+                tally.examples.append(f'{self._robot.name}/{self._output} {what}: '
+                                      f'stamp {stamps[i]}, {values[i].tolist()}')
+
+
+def decode(batch: list[bytes]) -> tuple[np.ndarray, list[bytes], np.ndarray]:
+    """
+    Return stamps [ns], base frames, and values, angular part first, of serialized messages.
+
+    Serialized by the rules of CDR, version 1: TwistStamped or AccelStamped, whose frame names
+    are all of the same length.
+    """
+    length = int.from_bytes(batch[0][12:16], 'little')
+    pad = -(12 + length) % 8
+    fields = np.dtype([('head', 'V4'), ('sec', '<i4'), ('nanosec', '<u4'), ('count', '<u4'),
+                       ('frame', f'S{length}'), ('pad', f'V{pad}'), ('values', '<f8', 6)])
+    messages = np.frombuffer(b''.join(batch), fields)
+    stamps = messages['sec'].astype(np.int64) * 1_000_000_000 + messages['nanosec']
+    return stamps, messages['frame'].tolist(), messages['values'][:, [3, 4, 5, 0, 1, 2]]

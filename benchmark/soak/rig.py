@@ -1,0 +1,199 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The processes of a soak: the node, the source, a subscriber; and the listening side."""
+import json
+import os
+from pathlib import Path
+import signal
+import subprocess
+import sys
+import time
+from typing import Any
+
+from diagnostic_msgs.msg import DiagnosticArray
+import rclpy
+from rclpy.experimental import EventsExecutor
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from std_msgs.msg import String
+
+from .books import Account, read
+from .checks import Permitted, TopicCheck
+from .robots import DESCRIPTIONS, ROBOTS, SAMPLES, TICK_NS
+from .shared import Progress
+from .stalling import KINDS
+
+PATIENCE = 120.0
+DEEP = QoSProfile(depth=20_000)
+KEEP = {'history': 'keep_last', 'reliability': 'reliable'}
+NODE = [sys.executable, '-c',
+        'import sys; from screw_kinematics.ros.main import main; sys.exit(main())']
+CHECK_PERIOD = 0.25
+
+
+class Broken(RuntimeError):
+    """The soak cannot go on."""
+
+
+class Rig:
+    """
+    Everything that runs, and what it is told.
+
+    Parameters
+    ----------
+    directory : Path
+        For the parameters, logs and shared memory.
+    rate : int
+        Samples of each robot in a second.
+    seed : int
+
+    """
+
+    def __init__(self, directory: Path, rate: int, seed: int) -> None:
+        self.permitted = Permitted()
+        self.rss: list[tuple[float, float]] = []
+        self._directory, self._rate, self._seed = directory, rate, seed
+        self.progress = Progress(directory / 'progress', len(ROBOTS))
+        begin = time.time_ns() // TICK_NS // SAMPLES * SAMPLES
+        for robot in range(len(ROBOTS)):
+            self.progress.numbers[self.progress.tick(robot)] = begin
+        self._context = rclpy.Context()
+        rclpy.init(context=self._context)
+        self._node = rclpy.create_node('soak', context=self._context)
+        self._executor = EventsExecutor(context=self._context)
+        self._executor.add_node(self._node)
+        self.checks = {(i, output): TopicCheck(i, robot, output, self.progress)
+                       for i, robot in enumerate(ROBOTS) for output in robot.outputs}
+        for (i, output), check in self.checks.items():
+            self._node.create_subscription(
+                KINDS[output], f'{ROBOTS[i].name}/{output}', check.take, DEEP, raw=True)
+        self._diagnostics: DiagnosticArray | None = None
+        self._node.create_subscription(DiagnosticArray, '/diagnostics', self._report, 10)
+        self._describe = self._node.create_publisher(String, 'robot_description', QoSProfile(
+            depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL))
+        self.describe(DESCRIPTIONS[0])
+        self._logs = {name: open(directory / f'{name}.log', 'ab')
+                      for name in ('node', 'source', 'stalling')}
+        self.node = self._start_node()
+        self._next_check = self._next_rss = 0.0
+        self.stalling = self._start('stalling', [sys.executable, '-m', 'benchmark.soak.stalling'])
+        self._command_number = 0
+        self.start_source()
+
+    # Processes
+
+    def _start(self, name: str, command: list[str]) -> subprocess.Popen:
+        return subprocess.Popen(command, stdin=subprocess.PIPE, stdout=self._logs[name],
+                                stderr=subprocess.STDOUT, env=os.environ)
+
+    def _start_node(self) -> subprocess.Popen:
+        parameters = {
+            'robots': [robot.name for robot in ROBOTS], 'diagnostics_rate': 5.0,
+            'qos_overrides': {}}
+        for robot in ROBOTS:
+            parameters[robot.name] = robot.parameters | {
+                'joint_states_topic': f'{robot.name}/joint_states'}
+            parameters['qos_overrides'] |= {
+                f'/{robot.name}/joint_states': {'subscription': KEEP | {'depth': 20_000}}} | {
+                f'/{robot.name}/{output}': {'publisher': KEEP | {'depth': 5_000}}
+                for output in robot.outputs}
+        file = self._directory / 'parameters.yaml'
+        file.write_text(json.dumps({'/**': {'ros__parameters': parameters}}))   # JSON is YAML
+        return self._start('node', [*NODE, '--ros-args', '--params-file', str(file)])
+
+    def start_source(self) -> None:
+        """Start the source, which waits for a command."""
+        self.source = self._start('source', [
+            sys.executable, '-m', 'benchmark.soak.source', str(self._directory / 'progress'),
+            str(self._rate), str(self._seed + self._command_number)])
+
+    def restart_subscriber(self) -> None:
+        """Kill the other subscriber, and start a new one."""
+        self.stalling.kill()
+        self.stalling.wait()
+        self.stalling = self._start('stalling', [sys.executable, '-m', 'benchmark.soak.stalling'])
+
+    def command(self, name: str, *arguments: Any) -> None:
+        """Have the source do something, and wait until it is done."""
+        self._command_number += 1
+        number = self._command_number
+        assert self.source.stdin is not None
+        self.source.stdin.write((json.dumps([number, name, *arguments]) + '\n').encode())
+        self.source.stdin.flush()
+        self.wait(lambda: self.progress.numbers[0] == number, f'the source to {name}')
+
+    def describe(self, text: str) -> None:
+        """Publish a robot description."""
+        self._describe.publish(String(data=text))
+
+    def close(self) -> int:
+        """End everything; return the exit code of the node."""
+        for process in (self.source, self.stalling):
+            process.kill()
+            process.wait()
+        self.node.send_signal(signal.SIGINT)
+        try:
+            code = self.node.wait(30)
+        except subprocess.TimeoutExpired:
+            self.node.kill()
+            code = self.node.wait()
+        for log in self._logs.values():
+            log.close()
+        self._executor.shutdown()
+        self._node.destroy_node()
+        self._context.try_shutdown()
+        return code
+
+    # Listening
+
+    def spin(self, seconds: float) -> None:
+        """Take what arrives, and check it now and then."""
+        end = time.monotonic() + seconds
+        while (now := time.monotonic()) < end:
+            self._executor.spin_once(min(0.02, end - now))
+            if now >= self._next_check:
+                self.check()
+                self._next_check = time.monotonic() + CHECK_PERIOD
+
+    def wait(self, condition: Any, what: str, limit: float = PATIENCE) -> None:
+        """Wait for a condition; raise Broken if it never comes."""
+        end = time.monotonic() + limit
+        while not condition():
+            if time.monotonic() > end:
+                raise Broken(f'waited {limit:g} s in vain for {what}')
+            self.spin(0.05)
+
+    def check(self) -> None:
+        """Check the outputs that have arrived, and look after the node."""
+        for check in self.checks.values():
+            check.check(self.permitted)
+        if self.node.poll() is not None:
+            raise Broken(f'the node ended with code {self.node.returncode}')
+        now = time.monotonic()
+        if now >= self._next_rss:
+            pages = int(Path(f'/proc/{self.node.pid}/statm').read_text().split()[1])
+            self.rss.append((now, pages * os.sysconf('SC_PAGE_SIZE') / 1024))
+            self._next_rss = now + 1.0
+
+    def _report(self, array: DiagnosticArray) -> None:
+        self._diagnostics = array
+
+    def report(self) -> tuple[list[Account], dict[str, dict[str, str]]]:
+        """Return the latest account of each robot, and all values the node reports."""
+        return read(self._diagnostics or DiagnosticArray())
+
+    def ticks(self) -> list[int]:
+        """Return the next tick of each robot."""
+        return [self.progress.numbers[self.progress.tick(i)] for i in range(len(ROBOTS))]
+
+    def published(self) -> list[int]:
+        """Return how many messages were published for each robot."""
+        return [self.progress.numbers[self.progress.published(i)] for i in range(len(ROBOTS))]
+
+    def received(self, robot: int, output: str) -> int:
+        """Return how many outputs of a robot have arrived."""
+        return self.checks[robot, output].tally.received
+
+    def base_in_use(self) -> int:
+        """Return which of the descriptions the described robot's last output was made with."""
+        return next(check.last_base for (i, _), check in self.checks.items()
+                    if ROBOTS[i].described)

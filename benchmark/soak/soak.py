@@ -1,0 +1,239 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""
+The course of a soak: episodes of a fault and a calm time, after each of which books are closed.
+
+When books are closed the source pauses, and all it has published must be accounted for: as
+used or refused by the node, and as outputs that have arrived.
+"""
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from random import Random
+import time
+
+import numpy as np
+
+from .books import Account
+from .checks import BINS, Permitted, Tally
+from .faults import FAULTS
+from .rig import Broken, Rig
+from .robots import ROBOTS
+
+SETTLING_TICKS = 1500
+KILL_LOSS = 2000
+"""At most this many messages may be lost on their way from a source that is killed."""
+
+MAX_SLOPE = 60.0
+"""Of the node's memory [KiB/min], where the time suffices to tell."""
+
+SLOPE_MINUTES = 5.0
+
+
+@dataclass
+class FaultFigures:
+    """What came of a kind of fault."""
+
+    times: int = 0
+    published: int = 0
+    lost_with_source: int = 0
+    outputs: int = 0
+    used_otherwise: int = 0
+    refused: int = 0
+    failures: list[str] = field(default_factory=list)
+
+
+@dataclass
+class Result:
+    """All that a soak found."""
+
+    minutes: float = 0.0
+    faults: dict[str, FaultFigures] = field(default_factory=dict)
+    accounts: list[Account] = field(default_factory=list)
+    tallies: dict[str, Tally] = field(default_factory=dict)
+    failures: list[str] = field(default_factory=list)
+    rss_start: float = 0.0
+    rss_end: float = 0.0
+    rss_slope: float | None = None
+    latency_p50: float = 0.0
+    latency_p99: float = 0.0
+    latency_worst: float = 0.0
+    restarts: dict[str, dict[str, int]] = field(default_factory=dict)
+
+    @property
+    def passed(self) -> bool:
+        """Return whether nothing went wrong."""
+        return not self.failures and not any(f.failures for f in self.faults.values())
+
+
+class Soak:
+    """
+    A run.
+
+    Parameters
+    ----------
+    rig : Rig
+    seed : int
+    calm : float
+        How long nothing is wrong after each fault [s].
+    tell : callable
+        Told what goes on.
+
+    """
+
+    def __init__(self, rig: Rig, seed: int, calm: float, tell: Callable[[str], None]) -> None:
+        self._rig, self._random, self._calm, self._tell = rig, Random(seed), calm, tell
+        self._lost = [0] * len(ROBOTS)
+        self._before = [Account() for _ in ROBOTS]
+        self._published_before = [0] * len(ROBOTS)
+        self.result = Result(faults={name: FaultFigures() for name in FAULTS})
+
+    def run(self, seconds: float, names: list[str] | None = None) -> Result:
+        """
+        Have faults for some time; return what was found.
+
+        The first faults are one of each kind in order, the others are random.
+
+        Parameters
+        ----------
+        seconds : float
+            Time after which no further episode begins.
+        names : list of str, optional
+            The kinds of faults; by default all.
+
+        """
+        rig, result = self._rig, self.result
+        kinds = list(FAULTS) if names is None else names
+        begin = time.monotonic()
+        warm = begin
+        try:
+            self._warm_up()
+            warm = time.monotonic()
+            turn = 0
+            while time.monotonic() - warm < seconds:
+                self._episode(kinds[turn] if turn < len(kinds) else self._random.choice(kinds))
+                turn += 1
+                if turn == len(kinds):
+                    warm_memory = time.monotonic()
+                    rig.rss = [r for r in rig.rss if r[0] >= warm_memory] or rig.rss[-1:]
+        except Broken as error:
+            result.failures.append(str(error))
+        result.minutes = (time.monotonic() - warm) / 60
+        code = rig.close()
+        if code != 0:
+            result.failures.append(f'the node ended with code {code}')
+        self._conclude()
+        return result
+
+    def _warm_up(self) -> None:
+        """Wait until every output has arrived, and close the books for the first time."""
+        rig = self._rig
+        self._tell('starting')
+        rig.wait(lambda: all(
+            rig.report()[1].get(r.name, {}).get('outputs listened to') == ', '.join(r.outputs)
+            for r in ROBOTS), 'the node to serve all outputs')
+        rig.command('resume')
+        rig.wait(lambda: all(c.tally.received > 0 for c in rig.checks.values()), 'outputs')
+        self._close_books(FaultFigures())
+
+    def _episode(self, name: str) -> None:
+        rig, figures = self._rig, self.result.faults[name]
+        self._tell(name)
+        figures.times += 1
+        bad_before = self._bad_outputs()
+        rig.command('resume')
+        rig.spin(0.5)
+        try:
+            FAULTS[name](rig, self._random)
+        except RuntimeError as error:
+            figures.failures.append(str(error))
+            if isinstance(error, Broken):
+                raise
+        settled_from = [tick + SETTLING_TICKS for tick in rig.ticks()]
+        rig.spin(0.5)
+        rig.permitted.settled_from = settled_from
+        rig.spin(self._calm)
+        self._close_books(figures, killed=name.startswith('source killed'))
+        bad = self._bad_outputs() - bad_before
+        if bad:
+            figures.failures.append(f'{bad} outputs were wrong')
+
+    def _bad_outputs(self) -> int:
+        return sum(check.tally.failures for check in self._rig.checks.values())
+
+    def _close_books(self, figures: FaultFigures, killed: bool = False) -> None:
+        """Pause, wait until nothing is under way, and compare all counts."""
+        rig = self._rig
+        rig.command('pause')
+        published = rig.published()
+
+        def missing(accounts: list[Account]) -> list[int]:
+            return [p - lost - a.on_topic
+                    for p, lost, a in zip(published, self._lost, accounts)]
+
+        def complete() -> bool:
+            accounts, _ = rig.report()
+            return all(m <= 0 for m in missing(accounts)) and all(
+                rig.received(i, output) >= accounts[i].outputs for i, output in rig.checks)
+
+        try:
+            # What was lost with the source does not come: silence tells.
+            rig.wait(complete, 'all messages to arrive', 8.0 if killed else 60.0)
+        except Broken:
+            pass
+        rig.check()
+        rig.spin(0.3)       # a report that was made after the last message
+        rig.check()
+        accounts, _ = rig.report()
+        for i, (robot, account, gone) in enumerate(zip(ROBOTS, accounts, missing(accounts))):
+            if killed and 0 <= gone <= KILL_LOSS:
+                self._lost[i] += gone
+                figures.lost_with_source += gone
+            elif gone:
+                figures.failures.append(
+                    f'{robot.name}: {published[i]} messages published, {account.on_topic} '
+                    f'received, {self._lost[i]} lost with their source')
+                self._lost[i] += gone
+            figures.failures += [f'{robot.name}: {c}' for c in account.contradictions()]
+            for output in robot.outputs:
+                if rig.received(i, output) != account.outputs:
+                    figures.failures.append(
+                        f'{robot.name}/{output}: {account.outputs} outputs counted, '
+                        f'{rig.received(i, output)} received')
+            before = self._before[i]
+            figures.published += published[i] - self._published_before[i]
+            figures.outputs += account.outputs - before.outputs
+            figures.used_otherwise += (account.waiting - before.waiting).total()
+            figures.refused += (account.refused + account.of_topic).total() - (
+                before.refused + before.of_topic).total()
+        self._before, self._published_before = accounts, published
+        rig.permitted = Permitted()
+
+    def _conclude(self) -> None:
+        rig, result = self._rig, self.result
+        result.accounts, parts = rig.report()
+        result.restarts = {
+            robot.name: {key.removeprefix('restarts '): int(value)
+                         for key, value in parts.get(robot.name, {}).items()
+                         if key.startswith('restarts ')} for robot in ROBOTS}
+        for (i, output), check in rig.checks.items():
+            tally = result.tallies[f'{ROBOTS[i].name}/{output}'] = check.tally
+            result.failures += tally.examples
+            if tally.failures and not tally.examples:
+                result.failures.append(f'{ROBOTS[i].name}/{output}: {tally.failures} wrong')
+            if not tally.exact + tally.estimated:
+                result.failures.append(f'{ROBOTS[i].name}/{output}: no output was compared')
+        latencies = sum(check.latencies for check in rig.checks.values())
+        total = np.cumsum(latencies)
+        if total[-1]:
+            result.latency_p50, result.latency_p99 = (
+                float(BINS[1:][np.searchsorted(total, share * total[-1])])
+                for share in (0.5, 0.99))
+        result.latency_worst = max(check.worst_latency for check in rig.checks.values())
+        if rig.rss:
+            t, kib = np.array(rig.rss).T
+            result.rss_start, result.rss_end = float(kib[0]), float(kib[-1])
+            if t[-1] - t[0] >= SLOPE_MINUTES * 60:
+                result.rss_slope = float(np.polyfit((t - t[0]) / 60, kib, 1)[0])
+                if result.rss_slope > MAX_SLOPE:
+                    result.failures.append(
+                        f'memory grows by {result.rss_slope:.1f} KiB/min')
