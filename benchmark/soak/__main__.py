@@ -7,7 +7,6 @@ Ends with code 0 if every message was accounted for, every output was right, and
 of the node did not grow.
 """
 import argparse
-from dataclasses import asdict
 import json
 import os
 from pathlib import Path
@@ -40,6 +39,8 @@ def main() -> int:
     options = parser.parse_args()
     names = [name for name in FAULTS if any(text in name for text in options.only)]
     console = Console()
+    if not console.is_terminal:
+        console.width = 150
     seconds = options.minutes * 60
     with domain_coordinator.domain_id() as domain, tempfile.TemporaryDirectory() as directory:
         os.environ.update(
@@ -67,7 +68,7 @@ def main() -> int:
     console.print('passed' if result.passed else 'FAILED')
     if options.json:
         options.json.write_text(json.dumps(
-            asdict(result) | {'passed': result.passed}, indent=1, default=float))
+            vars(result) | {'passed': result.passed}, indent=1, default=vars))
     return 0 if result.passed else 1
 
 
@@ -97,6 +98,8 @@ def tables(result: Result) -> list[Table]:
     summary.add_row('latency in calm times: p50, p99, worst', ', '.join(
         f'{x * 1e3:.2f} ms' for x in (
             result.latency_p50, result.latency_p99, result.latency_worst)))
+    summary.add_row('worst latency, bursts and the like included',
+                    f'{result.latency_worst_in_faults * 1e3:.0f} ms')
     summary.add_row('estimators started anew', '; '.join(
         f'{name}: ' + ', '.join(f'{why} {n}' for why, n in r.items())
         for name, r in result.restarts.items() if r))

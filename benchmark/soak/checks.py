@@ -97,7 +97,7 @@ class TopicCheck:
     def __init__(self, number: int, robot: SoakRobot, output: str, progress: Progress) -> None:
         self.tally = Tally()
         self.latencies = np.zeros(len(BINS) - 1, int)     # of settled outputs
-        self.worst_latency = 0.0
+        self.worst_latency = self.worst_in_faults = 0.0
         self.last_base = 0
         self._number, self._robot, self._output = number, robot, output
         self._exact = output in robot.exact
@@ -140,7 +140,8 @@ class TopicCheck:
             self._check_exact(stamps, ticks, base, values, permitted)
         else:
             self._check_estimates(stamps, ticks, values, settled)
-        self._time(ticks[settled], np.array(arrivals)[settled])
+        if not permitted.unstamped:
+            self._time(ticks, np.array(arrivals), settled)
 
     def _check_exact(self, stamps: np.ndarray, ticks: np.ndarray, base: np.ndarray,
                      values: np.ndarray, permitted: Permitted) -> None:
@@ -153,9 +154,7 @@ class TopicCheck:
 
         error = errors(self._truth[base, ticks % SAMPLES], 0)
         if permitted.rival:
-            at = (stamps - RIVAL_NS) // TICK_NS
-            nearest = np.rint((stamps - RIVAL_NS) / TICK_NS).astype(int)
-            at = nearest % SAMPLES
+            at = np.rint((stamps - RIVAL_NS) / TICK_NS).astype(int) % SAMPLES
             error = np.minimum(error, errors(self._rival[base, at], RIVAL_NS))
         if permitted.unstamped:
             error = np.minimum(error, errors(self._truth[base, 0], None))
@@ -176,10 +175,12 @@ class TopicCheck:
         self._note(tally, 'too_far', error > ESTIMATED[self._output], stamps, values)
         tally.worst_estimate = max(tally.worst_estimate, error.max(initial=0.0))
 
-    def _time(self, ticks: np.ndarray, arrivals: np.ndarray) -> None:
+    def _time(self, ticks: np.ndarray, arrivals: np.ndarray, settled: np.ndarray) -> None:
         ring = self._numbers[self._times:self._times + RING]
         published = np.asarray(ring)[(ticks + self._robot.delay_ticks) % RING]
         latency = (arrivals - published) * 1e-9
+        self.worst_in_faults = max(self.worst_in_faults, latency.max())
+        latency = latency[settled]
         self.latencies += np.histogram(latency.clip(BINS[0], BINS[-1]), BINS)[0]
         self.worst_latency = max(self.worst_latency, latency.max(initial=0.0))
 

@@ -57,6 +57,7 @@ class Result:
     latency_p50: float = 0.0
     latency_p99: float = 0.0
     latency_worst: float = 0.0
+    latency_worst_in_faults: float = 0.0
     restarts: dict[str, dict[str, int]] = field(default_factory=dict)
 
     @property
@@ -149,7 +150,10 @@ class Soak:
             if isinstance(error, Broken):
                 raise
         settled_from = [tick + SETTLING_TICKS for tick in rig.ticks()]
-        rig.spin(0.5)
+        published = rig.published()
+        rig.wait(lambda: all(
+            account.on_topic >= count - lost for account, count, lost in zip(
+                rig.report()[0], published, self._lost)), 'the node to catch up')
         rig.permitted.settled_from = settled_from
         rig.spin(self._calm)
         self._close_books(figures, killed=name.startswith('source killed'))
@@ -229,6 +233,8 @@ class Soak:
                 float(BINS[1:][np.searchsorted(total, share * total[-1])])
                 for share in (0.5, 0.99))
         result.latency_worst = max(check.worst_latency for check in rig.checks.values())
+        result.latency_worst_in_faults = max(
+            check.worst_in_faults for check in rig.checks.values())
         if rig.rss:
             t, kib = np.array(rig.rss).T
             result.rss_start, result.rss_end = float(kib[0]), float(kib[-1])
