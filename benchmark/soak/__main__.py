@@ -35,7 +35,7 @@ def main() -> int:
     parser.add_argument('--seed', type=int, default=1)
     parser.add_argument('--only', nargs='+', metavar='TEXT', default=[''],
                         help='only faults whose name contains one of these')
-    parser.add_argument('--json', type=Path, help='file for all figures')
+    parser.add_argument('--json', type=Path, help='file for all figures, brought up to date after each fault')
     options = parser.parse_args()
     names = [name for name in FAULTS if any(text in name for text in options.only)]
     console = Console()
@@ -54,6 +54,8 @@ def main() -> int:
                 progress.update(task, description=text, completed=elapsed)
                 if not console.is_terminal:
                     print(f'{elapsed:7.1f} s  {text}', flush=True)
+                if options.json:
+                    write(soak.result, options.json)
 
             soak = Soak(Rig(Path(directory), options.rate, options.seed), options.seed,
                         options.calm, tell)
@@ -67,9 +69,14 @@ def main() -> int:
         console.print(failure, markup=False)
     console.print('passed' if result.passed else 'FAILED')
     if options.json:
-        options.json.write_text(json.dumps(
-            vars(result) | {'passed': result.passed}, indent=1, default=vars))
+        write(result, options.json)
     return 0 if result.passed else 1
+
+
+def write(result: Result, file: Path) -> None:
+    """Write all figures so far."""
+    file.write_text(json.dumps(
+        vars(result) | {'passed': result.passed}, indent=1, default=vars))
 
 
 def tables(result: Result) -> list[Table]:

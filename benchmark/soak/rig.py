@@ -23,7 +23,7 @@ from .shared import Progress
 from .stalling import KINDS
 
 PATIENCE = 120.0
-DEEP = QoSProfile(depth=20_000)
+DEEP = QoSProfile(depth=100_000)
 KEEP = {'history': 'keep_last', 'reliability': 'reliable'}
 NODE = [sys.executable, '-c',
         'import sys; from screw_kinematics.ros.main import main; sys.exit(main())']
@@ -93,7 +93,7 @@ class Rig:
             parameters[robot.name] = robot.parameters | {
                 'joint_states_topic': f'{robot.name}/joint_states'}
             parameters['qos_overrides'] |= {
-                f'/{robot.name}/joint_states': {'subscription': KEEP | {'depth': 20_000}}} | {
+                f'/{robot.name}/joint_states': {'subscription': KEEP | {'depth': 100_000}}} | {
                 f'/{robot.name}/{output}': {'publisher': KEEP | {'depth': 5_000}}
                 for output in robot.outputs}
         file = self._directory / 'parameters.yaml'
@@ -161,6 +161,18 @@ class Rig:
             if time.monotonic() > end:
                 raise Broken(f'waited {limit:g} s in vain for {what}')
             self.spin(0.05)
+
+    def wait_for_progress(self, condition: Any, limit: float) -> None:
+        """Wait for a condition, but not longer than this after the last change of a count."""
+        last: Any = None
+        end = time.monotonic() + limit
+        while not condition() and time.monotonic() < end:
+            self.spin(0.05)
+            counts = [a.on_topic for a in self.report()[0]], [
+                self.received(*key) for key in self.checks]
+            if counts != last:
+                last, end = counts, time.monotonic() + limit
+        self.check()
 
     def check(self) -> None:
         """Check the outputs that have arrived, and look after the node."""

@@ -20,6 +20,9 @@ from .rig import Broken, Rig
 from .robots import ROBOTS
 
 SETTLING_TICKS = 1500
+SILENCE = 5.0
+"""After so long without anything new, what is missing does not come any more [s]."""
+
 KILL_LOSS = 2000
 """At most this many messages may be lost on their way from a source that is killed."""
 
@@ -83,6 +86,8 @@ class Soak:
 
     def __init__(self, rig: Rig, seed: int, calm: float, tell: Callable[[str], None]) -> None:
         self._rig, self._random, self._calm, self._tell = rig, Random(seed), calm, tell
+        self._begin = time.monotonic()
+        self._failures: list[str] = []
         self._lost = [0] * len(ROBOTS)
         self._before = [Account() for _ in ROBOTS]
         self._published_before = [0] * len(ROBOTS)
@@ -90,7 +95,7 @@ class Soak:
 
     def run(self, seconds: float, names: list[str] | None = None) -> Result:
         """
-        Have faults for some time; return what was found.
+        Have faults for some time, but each kind once; return what was found.
 
         The first faults are one of each kind in order, the others are random.
 
@@ -104,24 +109,22 @@ class Soak:
         """
         rig, result = self._rig, self.result
         kinds = list(FAULTS) if names is None else names
-        begin = time.monotonic()
-        warm = begin
         try:
             self._warm_up()
-            warm = time.monotonic()
+            warm = self._begin = time.monotonic()
             turn = 0
-            while time.monotonic() - warm < seconds:
+            while turn < len(kinds) or time.monotonic() - warm < seconds:
                 self._episode(kinds[turn] if turn < len(kinds) else self._random.choice(kinds))
                 turn += 1
+                self._conclude()
                 if turn == len(kinds):
-                    warm_memory = time.monotonic()
-                    rig.rss = [r for r in rig.rss if r[0] >= warm_memory] or rig.rss[-1:]
+                    del rig.rss[:-1]        # what each kind of fault takes is taken now
         except Broken as error:
-            result.failures.append(str(error))
-        result.minutes = (time.monotonic() - warm) / 60
-        code = rig.close()
+            self._failures.append(str(error))
+        finally:
+            code = rig.close()
         if code != 0:
-            result.failures.append(f'the node ended with code {code}')
+            self._failures.append(f'the node ended with code {code}')
         self._conclude()
         return result
 
@@ -140,7 +143,7 @@ class Soak:
         rig, figures = self._rig, self.result.faults[name]
         self._tell(name)
         figures.times += 1
-        bad_before = self._bad_outputs()
+        bad_before, failures_before = self._bad_outputs(), len(figures.failures)
         rig.command('resume')
         rig.spin(0.5)
         try:
@@ -151,15 +154,17 @@ class Soak:
                 raise
         settled_from = [tick + SETTLING_TICKS for tick in rig.ticks()]
         published = rig.published()
-        rig.wait(lambda: all(
+        rig.wait_for_progress(lambda: all(
             account.on_topic >= count - lost for account, count, lost in zip(
-                rig.report()[0], published, self._lost)), 'the node to catch up')
+                rig.report()[0], published, self._lost)), SILENCE)
         rig.permitted.settled_from = settled_from
         rig.spin(self._calm)
         self._close_books(figures, killed=name.startswith('source killed'))
         bad = self._bad_outputs() - bad_before
         if bad:
             figures.failures.append(f'{bad} outputs were wrong')
+        for failure in figures.failures[failures_before:]:
+            self._tell(f'{name}: {failure}')
 
     def _bad_outputs(self) -> int:
         return sum(check.tally.failures for check in self._rig.checks.values())
@@ -179,12 +184,8 @@ class Soak:
             return all(m <= 0 for m in missing(accounts)) and all(
                 rig.received(i, output) >= accounts[i].outputs for i, output in rig.checks)
 
-        try:
-            # What was lost with the source does not come: silence tells.
-            rig.wait(complete, 'all messages to arrive', 8.0 if killed else 60.0)
-        except Broken:
-            pass
-        rig.check()
+        # What was lost with the source does not come: silence tells.
+        rig.wait_for_progress(complete, SILENCE if killed else 4 * SILENCE)
         rig.spin(0.3)       # a report that was made after the last message
         rig.check()
         accounts, _ = rig.report()
@@ -213,7 +214,10 @@ class Soak:
         rig.permitted = Permitted()
 
     def _conclude(self) -> None:
+        """Bring the result up to date."""
         rig, result = self._rig, self.result
+        result.minutes = (time.monotonic() - self._begin) / 60
+        result.failures = [*self._failures]
         result.accounts, parts = rig.report()
         result.restarts = {
             robot.name: {key.removeprefix('restarts '): int(value)

@@ -43,7 +43,7 @@ class Source:
         self._period = 1.0 / rate
         self._node = rclpy.create_node('source')
         publishers = [[self._node.create_publisher(
-            JointState, f'{robot.name}/joint_states', QoSProfile(depth=20_000)).publish
+            JointState, f'{robot.name}/joint_states', QoSProfile(depth=100_000)).publish
             for robot in ROBOTS] for _ in range(2)]
         self._publish, self._publish_rival = publishers
         self._bodies = [robot.bodies() for robot in ROBOTS]
