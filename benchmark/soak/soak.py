@@ -111,9 +111,9 @@ class Soak:
         kinds = list(FAULTS) if names is None else names
         try:
             self._warm_up()
-            warm = self._begin = time.monotonic()
+            self._begin = time.monotonic()
             turn = 0
-            while turn < len(kinds) or time.monotonic() - warm < seconds:
+            while turn < len(kinds) or time.monotonic() - self._begin < seconds:
                 self._episode(kinds[turn] if turn < len(kinds) else self._random.choice(kinds))
                 turn += 1
                 self._conclude()
