@@ -35,7 +35,7 @@ def main() -> int:
     parser.add_argument('--seed', type=int, default=1)
     parser.add_argument('--only', nargs='+', metavar='TEXT', default=[''],
                         help='only faults whose name contains one of these')
-    parser.add_argument('--json', type=Path, 
+    parser.add_argument('--json', type=Path,
                         help='file for all figures, brought up to date after each fault')
     options = parser.parse_args()
     names = [name for name in FAULTS if any(text in name for text in options.only)]

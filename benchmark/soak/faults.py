@@ -3,8 +3,8 @@
 """
 The faults of a soak.
 
-Each does its harm while the source publishes, and returns when it has ended. In a generator
-of random numbers it finds its details.
+Each does its harm while the source publishes, and returns when it has ended; the details
+are random.
 """
 from collections.abc import Callable
 from random import Random
