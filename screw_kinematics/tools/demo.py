@@ -14,6 +14,7 @@ from contextlib import suppress
 import os
 from pathlib import Path
 import re
+import secrets
 import sys
 import time
 from typing import Any
@@ -52,8 +53,9 @@ def main(argv: Sequence[str] | None = None) -> int:
                          help='end after this time (default: at Ctrl-C)')
     options.add_argument('--once', action='store_true',
                          help='print one state, measured and exact, and exit')
-    options.add_argument('--namespace', default='demo',
-                         help='ROS namespace of the demo (default: demo)')
+    # Two demos on one machine would otherwise hear each other's joint states.
+    options.add_argument('--namespace', default=f'demo_{secrets.token_hex(3)}',
+                         help='ROS namespace of the demo (default: one of its own)')
     return console.run(demonstrate, options, argv)
 
 
@@ -141,7 +143,7 @@ class _Watch:
                                   f'/{arguments.namespace}')
         self._terminal = Console(highlight=False)
         base, tip = truth.robot.base_frame, truth.robot.tip_frame
-        self._title = f'{name}, motion {arguments.motion}'
+        self._title = f'/{arguments.namespace}/{name}, motion {arguments.motion}'
         self._frames = (f'motion of {tip} relative to {base}; axes of {base}; '
                         f'reference point: origin of {tip}')
 

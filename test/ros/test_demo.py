@@ -67,6 +67,15 @@ def test_once_prints_a_state_near_the_exact_one(namespace, options):
     assert not processes(namespace)
 
 
+def test_two_demos_do_not_mix(ros_domain):
+    arguments = [sys.executable, '-m', 'screw_kinematics.tools.demo', '--once']
+    runs = [subprocess.Popen(arguments, stdout=subprocess.PIPE, text=True) for _ in range(2)]
+    for run in runs:
+        out, _ = run.communicate(timeout=2 * LIMIT)
+        assert run.returncode == 0
+        assert max(map(abs, numbers(out, 'position p [m]', 'error'))) < 1e-5
+
+
 def test_plain_lines_into_a_pipe_and_ctrl_c(namespace):
     run = start(namespace)
     first, second = run.stdout.readline(), run.stdout.readline()
