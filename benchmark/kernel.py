@@ -5,8 +5,8 @@ Compare how long pose, twist and acceleration of a Panda's hand take.
 
 First one sample a call, then a recorded motion. In each round every contender runs once,
 so that what else the machine does falls on all of them alike; ratios are formed within a
-round. Figures are medians over the rounds, with lower and upper quartile in brackets. The
-results of all contenders are compared before anything is timed.
+round. Times are processor times. Figures are medians over the rounds, with lower and upper
+quartile in brackets. The results of all contenders are compared before anything is timed.
 """
 import argparse
 from collections.abc import Callable
@@ -53,7 +53,7 @@ def main() -> None:
         formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument('--rounds', type=int, default=30)
     parser.add_argument('--samples', type=int, default=50_000, help='of the recorded motion')
-    parser.add_argument('--json', type=Path, help='file for the times of all rounds [s]')
+    parser.add_argument('--json', type=Path, help='file for the times of all rounds, in s')
     options = parser.parse_args()
     urdf = without_meshes(URDF.read_text(encoding='utf-8'))
     chain = models.load_urdf(urdf, BASE, peers.TIP)
@@ -176,9 +176,9 @@ def run(title: str, contenders: list[Contender], rounds: int) -> Times:
     repeats = {}
     for contender in contenders:
         contender.call()
-        start = time.perf_counter()
+        start = time.process_time()
         contender.call()
-        repeats[contender.name] = 1 + int(PORTION / (time.perf_counter() - start))
+        repeats[contender.name] = 1 + int(PORTION / (time.process_time() - start))
     times: Times = {contender.name: [] for contender in contenders}
     # Drawn between measurements only: it must not run beside them.
     with Progress(auto_refresh=False) as progress:
@@ -186,10 +186,10 @@ def run(title: str, contenders: list[Contender], rounds: int) -> Times:
         for _ in range(rounds):
             for name, call, samples, _ in contenders:
                 number = range(repeats[name])
-                start = time.perf_counter()
+                start = time.process_time()
                 for _ in number:
                     call()
-                times[name].append((time.perf_counter() - start) / (len(number) * samples))
+                times[name].append((time.process_time() - start) / (len(number) * samples))
             progress.advance(task)
             progress.refresh()
     return times
@@ -198,7 +198,7 @@ def run(title: str, contenders: list[Contender], rounds: int) -> Times:
 def table(title: str, times: Times) -> Table:
     """Return the times, and their ratios to the first contender and to the memory limit."""
     first = next(iter(times))
-    result = Table('', 'time per sample [us]', f'faster than {first}', title=title)
+    result = Table('', 'CPU per sample [us]', f'faster than {first}', title=title)
     if LIMIT in times:
         result.add_column(f'time / {LIMIT}')
     for name, values in times.items():
