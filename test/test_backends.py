@@ -324,3 +324,15 @@ def test_without_numba_the_extra_is_named(monkeypatch):
     with pytest.raises(MissingExtraError, match=r"'numba'.*screw_kinematics\[fast\]"):
         CHAINS['rpr'].compile(backend='numba')
     assert CHAINS['rpr'].compile(backend='auto').backend == 'python'
+
+
+@pytest.mark.parametrize('shift', [0, 1])
+def test_results_larger_than_the_cache(shift, monkeypatch):
+    numba_jit = pytest.importorskip('screw_kinematics.backends.numba_jit')
+    monkeypatch.setattr(numba_jit, 'CACHE', 0)
+    chain = CHAINS['rpr']
+    samples = motion(chain, 131, order=1)
+    memory = np.zeros(131 * 18 + 1)
+    out = memory[shift:shift + 131 * 18].reshape(131, 18)
+    chain.compile(('pose', 'twist'), 'numba').batch(*samples, out=out)
+    assert_close(out[:, 12:], chain.state(*samples).velocity)

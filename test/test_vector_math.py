@@ -61,6 +61,17 @@ def test_transposition_writes_the_matrix_and_nothing_else(rows, columns):
     target = np.full((columns + 2, rows + 5), 7.0)
     expected = target.copy()
     expected[1:columns + 1, 2:rows + 2] = source[1:rows + 1, 3:].T
-    vector_math.transpose(target.reshape(-1), (rows + 5) + 2, rows + 5,
-                          source.reshape(-1), (columns + 3) + 3, columns + 3, rows, columns)
+    vector_math.transpose(target.reshape(-1), (rows + 5) + 2, rows + 5, source.reshape(-1),
+                          (columns + 3) + 3, columns + 3, rows, columns, False)
     assert np.array_equal(target, expected)
+
+
+@pytest.mark.parametrize('rows, columns', [(4, 4), (6, 64), (24, 64), (24, 7), (30, 3), (2, 9)])
+def test_transposition_past_the_cache(rows, columns):
+    source = np.random.default_rng(rows).normal(size=(rows, columns))
+    memory = np.full(rows * columns + 4, 7.0)
+    start = 1 + (memory.ctypes.data // 8 + 1) % 2
+    target = memory[start:start + rows * columns]
+    vector_math.transpose(target, 0, rows, source.reshape(-1), 0, columns, rows, columns, True)
+    assert np.array_equal(target.reshape(columns, rows), source.T)
+    assert np.all(memory[:start] == 7.0) and np.all(memory[start + rows * columns:] == 7.0)

@@ -20,6 +20,9 @@ from ..straight_line import StraightLine
 BLOCK = 64
 """Samples in a block of a batch: all its rows stay in the first-level cache."""
 
+CACHE = 2 ** 22
+"""Results of more bytes than this are written past the cache."""
+
 
 class NumbaBackend:
     """
@@ -73,7 +76,9 @@ class NumbaBackend:
         if widths not in self._batch:
             self._compile_batch(widths)
         flat = [np.ascontiguousarray(part).reshape(-1) for part in inputs]
-        self._batch[widths](len(results), *flat, results.reshape(-1))
+        aligned = results.ctypes.data % 16 == 0 and results.shape[1] % 2 == 0
+        self._batch[widths](len(results), *flat, results.reshape(-1),
+                            aligned and results.nbytes > CACHE)
 
     def warm_up(self) -> None:
         """Compile the program for single samples."""
@@ -92,7 +97,7 @@ class NumbaBackend:
         source = '\n\n'.join([block_source(self._line, BLOCK, 'block'),
                               batch_source(widths, self._line, BLOCK)])
         arrays = ', '.join(['float64[::1]'] * (len(widths) + 1))
-        self._batch[widths] = _compiled(source, 'batch', f'void(intp, {arrays})', 'block')
+        self._batch[widths] = _compiled(source, 'batch', f'void(intp, {arrays}, boolean)', 'block')
 
 
 def _compiled(source: str, name: str, signature: str, *helpers: str) -> Any:

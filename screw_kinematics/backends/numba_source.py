@@ -66,7 +66,7 @@ def rows(line: StraightLine) -> int:
 
 def batch_source(widths: Sequence[int], line: StraightLine, block: int) -> str:
     """
-    Return the text of ``batch(count, part0, part1, ..., results)``.
+    Return the text of ``batch(count, part0, part1, ..., results, past_the_cache)``.
 
     Parameters
     ----------
@@ -80,18 +80,18 @@ def batch_source(widths: Sequence[int], line: StraightLine, block: int) -> str:
     """
     m = len(line.outputs)
     parts = [f'part{k}' for k in range(len(widths))]
-    text = [f'def batch(count, {", ".join(parts)}, results):',
+    text = [f'def batch(count, {", ".join(parts)}, results, past_the_cache):',
             f'    w = np.zeros({rows(line) * block})',
             f'    for start in range(0, count, {block}):',
             f'        n = min({block}, count - start)']
     row = 0
     for part, width in zip(parts, widths):
         text += [f'        transpose(w, {row * block}, {block}, {part}, start * {width}, '
-                 f'{width}, n, {width})']
+                 f'{width}, n, {width}, False)']
         row += width
     text += ['        block(w)',
              f'        transpose(results, start * {m}, {m}, w, {row * block}, {block}, '
-             f'{m}, n)']
+             f'{m}, n, past_the_cache)']
     return '\n'.join(text) + '\n'
 
 

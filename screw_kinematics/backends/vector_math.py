@@ -68,50 +68,73 @@ def sincos(x: float) -> tuple[float, float]:
     return sine, cosine
 
 
-@intrinsic
-def _transpose_tile(typing_context: Any, target: Any, target_start: Any, target_step: Any,
-                    source: Any, source_start: Any, source_step: Any) -> Any:
+def _tile(past_the_cache: bool) -> Any:
     """
-    Transpose four by four numbers.
+    Return a function that transposes four by four numbers.
 
     Halves of rows are joined while they are loaded, which leaves only four shuffles; in a
     plain loop LLVM would move the numbers one by one.
     """
-    signature = types.void(target, types.intp, types.intp, source, types.intp, types.intp)
     half, whole = (ir.VectorType(ir.DoubleType(), n) for n in (2, 4))
+    pair, four = (ir.VectorType(ir.IntType(32), n) for n in (2, 4))
 
-    def generate(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
-        def pointer(array: int, row: int, column: int, kind: Any) -> Any:
-            data = context.make_array(sig.args[array])(context, builder, arguments[array]).data
-            start, step = arguments[array + 1], arguments[array + 2]
-            offset = builder.add(start, builder.mul(step, step.type(row)))
-            offset = builder.add(offset, step.type(column))
-            return builder.bitcast(builder.gep(data, [offset]), kind.as_pointer())
+    @intrinsic
+    def tile(typing_context: Any, target: Any, target_start: Any, target_step: Any,
+             source: Any, source_start: Any, source_step: Any) -> Any:
+        signature = types.void(target, types.intp, types.intp, source, types.intp, types.intp)
 
-        def shuffle(a: Any, b: Any, *which: int) -> Any:
-            return builder.shuffle_vector(a, b, ir.VectorType(ir.IntType(32), 4)(list(which)))
+        def generate(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
+            def pointer(array: int, row: int, column: int, kind: Any) -> Any:
+                data = context.make_array(sig.args[array])(
+                    context, builder, arguments[array]).data
+                start, step = arguments[array + 1], arguments[array + 2]
+                offset = builder.add(start, builder.mul(step, step.type(row)))
+                offset = builder.add(offset, step.type(column))
+                return builder.bitcast(builder.gep(data, [offset]), kind.as_pointer())
 
-        for column in (0, 2):
-            upper, lower = (shuffle(
-                builder.load(pointer(3, row, column, half), align=8),
-                builder.load(pointer(3, row + 2, column, half), align=8), 0, 1, 2, 3)
-                for row in (0, 1))
-            for k in (0, 1):
-                builder.store(shuffle(upper, lower, k, 4 + k, 2 + k, 6 + k),
-                              pointer(0, column + k, 0, whole), align=8)
-        return context.get_dummy_value()
+            def load(row: int, column: int) -> Any:
+                return builder.load(pointer(3, row, column, half), align=8)
 
-    return signature, generate
+            def store(row: int, vector: Any) -> None:
+                if not past_the_cache:
+                    builder.store(vector, pointer(0, row, 0, whole), align=8)
+                    return
+                for k in (0, 2):
+                    part = builder.shuffle_vector(vector, vector, pair([k, k + 1]))
+                    written = builder.store(part, pointer(0, row, k, half), align=16)
+                    written.set_metadata('nontemporal', builder.module.add_metadata(
+                        [ir.IntType(32)(1)]))
+
+            for column in (0, 2):
+                upper, lower = (builder.shuffle_vector(
+                    load(row, column), load(row + 2, column), four([0, 1, 2, 3]))
+                    for row in (0, 1))
+                for k in (0, 1):
+                    store(column + k, builder.shuffle_vector(
+                        upper, lower, four([k, 4 + k, 2 + k, 6 + k])))
+            return context.get_dummy_value()
+
+        return signature, generate
+
+    return tile
+
+
+_transpose_tile, _transpose_tile_past_the_cache = _tile(False), _tile(True)
 
 
 @njit
 def transpose(target: Any, target_start: int, target_step: int, source: Any,
-              source_start: int, source_step: int, rows: int, columns: int) -> None:
+              source_start: int, source_step: int, rows: int, columns: int,
+              past_the_cache: bool) -> None:
     """
     Write the transposed of a matrix within one flat array into another flat array.
 
     Entry (r, c) of the source is at ``source_start + r * source_step + c``, and goes to
     ``target_start + c * target_step + r``.
+
+    Writing past the cache spares reading what is overwritten. It is for results larger
+    than the cache, in memory that starts at a multiple of 16 bytes, with all starts,
+    steps and sizes on the target's side even.
     """
     if rows < TILE or columns < TILE:
         for r in range(rows):
@@ -119,11 +142,16 @@ def transpose(target: Any, target_start: int, target_step: int, source: Any,
                 target[target_start + c * target_step + r] = \
                     source[source_start + r * source_step + c]
         return
-    for r in range(0, rows, TILE):
+    long, short = max(rows, columns), min(rows, columns)
+    # Samples are in the outer loop, so that whole cache lines are read or written in turn.
+    for i in range(0, long, TILE):
         # The last tiles overlap those before them when the size is no multiple.
-        r = min(r, rows - TILE)
-        for c in range(0, columns, TILE):
-            c = min(c, columns - TILE)
-            _transpose_tile(    # type: ignore[call-arg]
-                target, target_start + c * target_step + r, target_step,
-                source, source_start + r * source_step + c, source_step)
+        i = min(i, long - TILE)
+        for j in range(0, short, TILE):
+            j = min(j, short - TILE)
+            r, c = (i, j) if rows > columns else (j, i)
+            to, at = target_start + c * target_step + r, source_start + r * source_step + c
+            if past_the_cache:
+                _transpose_tile_past_the_cache(target, to, target_step, source, at, source_step)
+            else:
+                _transpose_tile(target, to, target_step, source, at, source_step)
