@@ -16,8 +16,9 @@ from typing import Any, Protocol
 from .accounting import Account
 from .errors import ScrewKinematicsError
 from .motion.group_motion import GroupMotion, LARGEST, MotionSettings
-from .motion.merge import JointGroup, JointGroups, Layout
+from .motion.merge import JointGroups, Layout
 from .motion.rounds import Rounds
+from .motion.silence import Silence
 
 WRONG_LENGTH = 'position_of_wrong_length'
 NOT_FINITE = 'position_not_finite'
@@ -81,7 +82,7 @@ class RobotPipeline:
             (False,) * len(joint_names))
         self._motions: dict[tuple[int, ...], GroupMotion] = {}      # by columns of the joints
         self._rounds = Rounds(len(joint_names))
-        self._heard: dict[JointGroup, tuple[int, float, float]] = {}
+        self._silence = Silence()
         self._names: tuple[str, ...] | None = None
         self._layout: Layout | None = None
         self._group_motion: GroupMotion | None = None
@@ -181,7 +182,8 @@ class RobotPipeline:
         if program is None:
             account.waiting['nothing_wanted'] += 1
             return None
-        assert group_motion is not None
+        if group_motion is None:
+            group_motion = self._group_motion = self._make_motion(group.columns)
         motion = group_motion.update(
             stamp_ns, q, layout.pick(velocity) if len(velocity) == layout.length else None)
         if motion is None:
@@ -215,7 +217,7 @@ class RobotPipeline:
     def reset(self) -> None:
         """Start anew, as after a jump of the clock; counts stay."""
         self._rounds.clear()
-        self._heard.clear()
+        self._silence.clear()
         for motion in self._motions.values():
             motion.reset()
 
@@ -236,20 +238,12 @@ class RobotPipeline:
             Whether there was one.
 
         """
-        heard = {}
-        for group in self._joints.groups:
-            messages, last, silence = self._heard.get(group, (-1, now, 0.0))
-            # A long time between two calls tells little: messages may be waiting to be taken.
-            silence = silence + min(now - last, timeout / 2) if messages == group.messages else 0.0
-            if silence <= timeout:
-                heard[group] = group.messages, now, silence
-                continue
+        silent = self._silence.of(self._joints.groups, now, timeout)
+        for group in silent:
             self._joints.release(group)
             self._names = None
         self._rounds.keep(self._joints.groups)
-        released = self._heard.keys() - heard.keys()
-        self._heard = heard
-        return bool(released)
+        return bool(silent)
 
     def missing(self) -> list[str]:
         """Return the names of the joints that are not known at present."""
@@ -291,16 +285,18 @@ class RobotPipeline:
             self._layout, self._why_not = None, found
             return
         self._layout = found
-        columns = found.group.columns
-        if columns not in self._motions:
-            for others in list(self._motions):
-                if not set(columns).isdisjoint(others):
-                    del self._motions[others]
-            self._rounds.keep(self._joints.groups)
-            self._motions[columns] = GroupMotion(
-                self.settings, [self._continuous[c] for c in columns],
-                self._order, self._covariance, self._compiled)
-        self._group_motion = self._motions[columns]
+        self._group_motion = self._motions.get(found.group.columns)
+
+    def _make_motion(self, columns: tuple[int, ...]) -> GroupMotion:
+        """Return the motion of a new group, in place of those that had joints of it."""
+        for others in list(self._motions):
+            if not set(columns).isdisjoint(others):
+                del self._motions[others]
+        self._rounds.keep(self._joints.groups)
+        motion = self._motions[columns] = GroupMotion(
+            self.settings, [self._continuous[c] for c in columns], self._order,
+            self._covariance, self._compiled)
+        return motion
 
     def _refuse(self, reason: str) -> Sequence[float] | None:
         self.account.refused[reason] += 1

@@ -113,7 +113,6 @@ class Robot:
         self.topics.offer(settings)
         if self.pipeline is None:
             return
-        self.pipeline.configure(settings.motion, settings.stale_timeout)
         if model is not self.model:
             self._set_model(model)
         elif settings != old:
@@ -207,6 +206,7 @@ class Robot:
 
     def _use(self, needs: tuple[str, ...]) -> None:
         assert self.pipeline is not None
+        self.pipeline.configure(self.settings.motion, self.settings.stale_timeout)
         if not needs:
             self.topics.use_only(())
             self.pipeline.want(None)
