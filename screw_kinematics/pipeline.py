@@ -111,8 +111,7 @@ class RobotPipeline:
         # All later ones find compiled what the first one has compiled.
         GroupMotion(self.settings, self._continuous, program.order, covariance, compiled=True)
 
-    def want(self, program: Program | None, order: int | None = None,
-             covariance: bool = False) -> None:
+    def want(self, program: Program | None, covariance: bool = False) -> None:
         """
         Set what is evaluated for each sample from now on; estimators go on.
 
@@ -120,15 +119,13 @@ class RobotPipeline:
         ----------
         program : Program or None
             None: nothing is wanted, samples are only accounted for.
-        order : int, optional
-            Highest derivative to provide in ``motion``, if more than the program's own.
         covariance : bool
             Whether :meth:`variances` will be asked for.
 
         """
         self._program = program
         self._covariance = covariance
-        self._order = 0 if program is None else max(program.order, order or 0)
+        self._order = 0 if program is None else program.order
         self._compiled = program is not None and program.backend == 'numba'
         for motion in self._motions.values():
             motion.want(self._order, covariance, self._compiled)
