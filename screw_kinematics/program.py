@@ -61,8 +61,9 @@ class Program:
     slices : dict from str to slice
         Where each output is in the result of :meth:`evaluate`.
     evaluate : callable
-        From a sequence of ``inputs`` floats to a sequence of floats, all outputs one
-        after the other.
+        From a sequence of ``inputs`` floats to a tuple of floats, all outputs one after
+        the other. NaN goes through; an infinite angle gives NaN with Numba, and in plain
+        Python the ValueError of ``math.sin``.
     backend : str
         'python' or 'numba'.
     workspace : array, shape (inputs + size of all outputs,)
