@@ -79,7 +79,9 @@ def _bag(arguments: argparse.Namespace) -> int:
         robots = recorded_robots(recording, _settings(arguments), arguments.namespace,
                                  smoothing, stages)
         differences = _run(arguments, recording, robots, stages)
-    return _report(recording, robots, differences, stages)
+    code = _report(recording, robots, differences)
+    print(stages.report(smoothing.helped))
+    return code
 
 
 def _run(arguments: argparse.Namespace, recording: Recording,
@@ -144,8 +146,8 @@ def _process(recording: Recording, robots: Sequence[RecordedRobot], differences:
                 pass_on(robot.states, block)
 
 
-def _report(recording: Recording, robots: Sequence[RecordedRobot], differences: Differences,
-            stages: Stages) -> int:
+def _report(recording: Recording, robots: Sequence[RecordedRobot],
+            differences: Differences) -> int:
     """Print what became of the messages; return the exit code."""
     empty = False
     for robot in robots:
@@ -162,7 +164,6 @@ def _report(recording: Recording, robots: Sequence[RecordedRobot], differences: 
         empty |= not account.outputs
     if differences:
         print(table((topic, difference) for topic, (_, difference) in differences.items()))
-    print(stages.report())
     for damage in recording.damage:
         print(f'bag: damaged: {damage}', file=sys.stderr)
     if recording.damage:

@@ -123,10 +123,16 @@ class Smoothing:
     processes : int
         How many of them.
 
+    Attributes
+    ----------
+    helped : int
+        How many had been started, known at the end.
+
     """
 
     def __init__(self, processes: int) -> None:
         self.processes = processes
+        self.helped = 0
         self._pool: ProcessPoolExecutor | None = None
 
     def __enter__(self) -> Smoothing:
@@ -135,6 +141,7 @@ class Smoothing:
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
                  traceback: TracebackType | None) -> None:
         if self._pool is not None:
+            self.helped = self.processes
             self._pool.shutdown(cancel_futures=True)
 
     def submit(self, raw: RawBlock) -> Callable[[], Result]:

@@ -11,7 +11,7 @@ import numpy as np
 from .block_smoothing import LEAST, RawBlock, Result, SmoothedBlock, Smoothing
 from .stages import Stages
 
-BLOCK = 38_400
+BLOCK = 12_800
 """Samples that are smoothed at a time, without what they share with their neighbours."""
 
 CONTEXT = 1.0

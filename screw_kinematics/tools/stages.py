@@ -29,10 +29,20 @@ class Stages:
         """Count time that was spent in another process for a stage."""
         self.seconds[name] = self.seconds.get(name, 0.0) + seconds
 
-    def report(self) -> str:
-        """Return the times of the stages, their sum, and the peak of memory, in one line."""
+    def report(self, processes: int = 0) -> str:
+        """
+        Return the times of the stages, their sum, and the peak of memory, in one line.
+
+        Parameters
+        ----------
+        processes : int
+            How many other processes helped; each is taken to have needed as much memory as
+            the largest.
+
+        """
         parts = [f'{name} {seconds:.2f} s' for name, seconds in self.seconds.items()]
         total = time.perf_counter() - self._begin
-        peak = sum(resource.getrusage(who).ru_maxrss for who in (
-            resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)) / 1024
-        return f'{", ".join(parts)}; in all {total:.2f} s, at most {peak:.0f} MiB of memory'
+        own, others = (resource.getrusage(who).ru_maxrss / 1024 for who in (
+            resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
+        return (f'{", ".join(parts)}; in all {total:.2f} s, at most '
+                f'{own + processes * others:.0f} MiB of memory')

@@ -14,11 +14,10 @@ rclpy = pytest.importorskip('rclpy')
 
 from rosbags.rosbag2 import Reader, StoragePlugin, Writer    # noqa: E402
 from rosbags.typesys import get_typestore, Stores    # noqa: E402
-from sensor_msgs.msg import JointState    # noqa: E402
-
 from screw_kinematics.ros.outputs import KINDS    # noqa: E402
 from screw_kinematics.tools import bag, check    # noqa: E402
 from screw_kinematics.tools.state_messages import SIZES    # noqa: E402
+from sensor_msgs.msg import JointState    # noqa: E402
 
 ROBOTS = Path(__file__).parents[2] / 'config' / 'robots'
 RPR = str(ROBOTS / 'rpr.yaml')
