@@ -14,10 +14,12 @@ from . import console, robots
 from .figure11 import draw_figure11
 from .figures import draw_history, pyplot
 from .history import History, of_motion, QUANTITIES
+from .limb_picture import draw_limbs
 from .motions import MOTIONS
 from .screw_picture import draw_screws
 from .tables import read_history
 from ..errors import ParameterError, ShapeError
+from ..parallel import ParallelManipulator
 
 EXAMPLES = """\
   plot figure11 --output figure11.svg
@@ -122,7 +124,8 @@ def _draw_screws(arguments: argparse.Namespace) -> Any:
             raise ShapeError(name, f'({robot.dof},), for {", ".join(robot.joint_names)}',
                              value.shape)
         given.append(value)
-    return draw_screws(robot, *given)
+    draw = draw_limbs if isinstance(robot, ParallelManipulator) else draw_screws
+    return draw(robot, *given)
 
 
 def _words(text: str) -> list[str]:

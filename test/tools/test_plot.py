@@ -14,6 +14,7 @@ from screw_kinematics.tools import plot, robots    # noqa: E402
 from screw_kinematics.tools.figure11 import draw_figure11    # noqa: E402
 from screw_kinematics.tools.figures import draw_history    # noqa: E402
 from screw_kinematics.tools.history import of_motion, QUANTITIES    # noqa: E402
+from screw_kinematics.tools.limb_picture import draw_limbs    # noqa: E402
 from screw_kinematics.tools.screw_picture import draw_screws    # noqa: E402
 
 ROBOTS = Path(__file__).parents[2] / 'config' / 'robots'
@@ -60,6 +61,18 @@ def test_screw_axis_in_the_picture_moves_along_itself_only(robot):
     np.testing.assert_allclose(np.cross(state.velocity[:3], end - begin), 0, atol=1e-12)
 
 
+def test_forces_of_legs_are_drawn_along_them():
+    stewart = models.load(ROBOTS / 'stewart_6ups.yaml')
+    q, qd = robots.motion(stewart, 'paper').derivatives(1.0, 1)
+    space, = draw_limbs(stewart, q, qd).axes
+    arrows = [np.array(c._segments3d[0]) for c in space.collections if c.get_linestyle()[0][1]]
+    legs = stewart.points(stewart.posture(q)).values()
+    assert len(arrows) == len(legs) == 6
+    for (begin, end), points in zip(arrows, legs):
+        for joint in (points[0], points[3]):
+            np.testing.assert_allclose(np.cross(end - begin, joint - begin), 0, atol=1e-12)
+
+
 @pytest.mark.parametrize('ending', plot.ENDINGS)
 def test_file_formats(tmp_path, ending):
     output = tmp_path / f'picture{ending}'
@@ -73,6 +86,7 @@ def test_file_formats(tmp_path, ending):
      ','.join(QUANTITIES)],
     ['screws', str(ROBOTS / 'rpr.yaml'), '--q', '0.5,0.3,-0.2', '--qd', '0,0.1,0'],
     ['screws', str(ROBOTS / 'puma560.yaml'), '--qd', '0,0,0,0,0,0'],
+    ['screws', str(ROBOTS / 'delta.yaml'), '--qd', '0,0,0'],
 ])
 def test_commands(tmp_path, arguments):
     assert plot.main([*arguments, '--output', str(tmp_path / 'picture.png')]) == 0
