@@ -116,9 +116,9 @@ class Soak:
             while turn < len(kinds) or time.monotonic() - self._begin < seconds:
                 self._episode(kinds[turn] if turn < len(kinds) else self._random.choice(kinds))
                 turn += 1
-                self._conclude()
                 if turn == len(kinds):
                     del rig.rss[:-1]        # what each kind of fault takes is taken now
+                self._conclude()
         except Broken as error:
             self._failures.append(str(error))
         finally:
@@ -239,6 +239,7 @@ class Soak:
         result.latency_worst = max(check.worst_latency for check in rig.checks.values())
         result.latency_worst_in_faults = max(
             check.worst_in_faults for check in rig.checks.values())
+        result.rss_slope = None
         if rig.rss:
             t, kib = np.array(rig.rss).T
             result.rss_start, result.rss_end = float(kib[0]), float(kib[-1])
