@@ -27,9 +27,10 @@ KILL_LOSS = 2000
 """At most this many messages may be lost on their way from a source that is killed."""
 
 MAX_SLOPE = 60.0
-"""Of the node's memory [KiB/min], where the time suffices to tell."""
+"""Of the node's memory in the second half of the run [KiB/min], where that tells."""
 
 SLOPE_MINUTES = 5.0
+"""Shortest time in which a slope tells of growth."""
 
 
 @dataclass
@@ -57,6 +58,7 @@ class Result:
     rss_start: float = 0.0
     rss_end: float = 0.0
     rss_slope: float | None = None
+    rss: list[tuple[float, float]] = field(default_factory=list)
     latency_p50: float = 0.0
     latency_p99: float = 0.0
     latency_worst: float = 0.0
@@ -242,9 +244,13 @@ class Soak:
         result.rss_slope = None
         if rig.rss:
             t, kib = np.array(rig.rss).T
+            result.rss = rig.rss
             result.rss_start, result.rss_end = float(kib[0]), float(kib[-1])
-            if t[-1] - t[0] >= SLOPE_MINUTES * 60:
-                result.rss_slope = float(np.polyfit((t - t[0]) / 60, kib, 1)[0])
+            # Queues reach their greatest length in the first half.
+            late = t >= (t[0] + t[-1]) / 2
+            minutes = (t[late] - t[0]) / 60
+            if np.ptp(minutes) >= SLOPE_MINUTES:
+                result.rss_slope = float(np.polyfit(minutes, kib[late], 1)[0])
                 if result.rss_slope > MAX_SLOPE:
                     result.failures.append(
                         f'memory grows by {result.rss_slope:.1f} KiB/min')
