@@ -10,7 +10,8 @@ import sys
 import pytest
 
 ROOT = Path(__file__).parents[2]
-EXECUTABLES = ('kinematic_state_publisher', 'demo')
+EXECUTABLES = ('kinematic_state_publisher', 'demo', 'joint_state_source', 'plot', 'derive',
+               'bag', 'check')
 
 
 def colcon():
