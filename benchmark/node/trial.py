@@ -21,7 +21,7 @@ from .contenders import Contender
 from .robot import Driver, PERIOD_NS
 
 WINDOW = 50         # messages under way at most, fewer than any queue holds: nothing is lost
-WARM_UP = 3000      # messages for each robot, but at most this many in all
+WARM_UP = 2000      # messages for each robot, after which estimators have converged
 PATIENCE = 60.0     # for a node to start [s]
 SILENCE = 5.0       # without any output, after which what is under way counts as lost [s]
 MESSAGES = {'twist': TwistStamped, 'accel': AccelStamped}
@@ -118,7 +118,7 @@ class Trial:
         clock = (~process.pid << 3) | 2     # CPU time of another process: clock_getcpuclockid(3)
         self._wait_for_compilers(clock)
         self._give_up()
-        self._saturate(min(WARM_UP * self._robots, 10_000))
+        self._saturate(WARM_UP * self._robots)
 
         received, cpu, begin = self._received, time.clock_gettime(clock), time.perf_counter()
         figures.lost = self._saturate(seconds=seconds)
@@ -147,7 +147,7 @@ class Trial:
             self._spin_until(time.perf_counter() + 0.5)
             busy = time.clock_gettime(clock) - cpu > 0.02
 
-    def _saturate(self, messages: int | None = None, seconds: float = PATIENCE) -> int:
+    def _saturate(self, messages: int | None = None, seconds: float = 2 * PATIENCE) -> int:
         """Keep the window full for some messages or some time; return how many were lost."""
         self._refill = True
         lost = 0
