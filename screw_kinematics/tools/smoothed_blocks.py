@@ -11,10 +11,10 @@ import numpy as np
 from .block_smoothing import LEAST, RawBlock, Result, SmoothedBlock, Smoothing
 from .stages import Stages
 
-BLOCK = 12_800
+BLOCK = 6_400
 """Samples that are smoothed at a time, without what they share with their neighbours."""
 
-CONTEXT = 1.0
+CONTEXT = 0.5
 """How far a block reaches into its neighbours [s]; smoothed values depend on less."""
 
 
