@@ -131,8 +131,10 @@ class Fields:
     def text(self, key: str, default: str | None = None) -> str:
         """Return a text of bounded length; required unless there is a default."""
         value = self.raw(key, default)
-        if not isinstance(value, str) or not value.strip() or len(value) > MAX_TEXT:
-            raise self.wrong(value, f'text of 1 to {MAX_TEXT} characters', key)
+        # Messages carry names as UTF-8 that ends in NUL, so not every character may come in.
+        if not isinstance(value, str) or not value.strip() or not value.isprintable() or (
+                len(value) > MAX_TEXT):
+            raise self.wrong(value, f'text of 1 to {MAX_TEXT} printable characters', key)
         return value
 
     def choice(self, key: str, options: Iterable[str], default: str | None = None) -> str:

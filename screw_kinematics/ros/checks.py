@@ -9,6 +9,9 @@ from typing import Any
 
 Check = Callable[[Any], Any]
 
+LARGEST_OFFSET = 1e6
+"""Of a tool from the tip frame [m, rad]."""
+
 
 def boolean(value: Any) -> bool:
     """Return true or false; raise ValueError for anything else."""
@@ -81,7 +84,7 @@ def topics(value: Any) -> tuple[str, ...]:
 
 def offset(value: Any) -> tuple[float, ...]:
     """Return six numbers."""
-    check = number(-1e6, 1e6)
+    check = number(-LARGEST_OFFSET, LARGEST_OFFSET)
     numbers = tuple(check(v) for v in _items(value))
     if len(numbers) != 6:
         raise ValueError

@@ -102,7 +102,7 @@ class Diagnostics:
             values['joints missing'] = ', '.join(missing)
             age = node.get_clock().now().nanoseconds - pipeline.stamp_ns
             values['age of last output [s]'] = (
-                round(age * 1e-9, 4) if account.outputs else 'none yet')
+                round(age * 1e-9, 4) if pipeline.stamp_ns else 'none yet')
             values |= _estimation(robot)
             values |= robot.posture_report()
             doubts = pipeline.doubts()
@@ -120,7 +120,7 @@ class Diagnostics:
             nothing = len(missing) == len(pipeline.joint_names)
             level = STALE if nothing else WARN
             message = f'no joint states of {", ".join(missing)}'
-        elif new and new_faults >= new:
+        elif 0 < new <= new_faults:
             level, message = ERROR, f'every message is refused: {_most_frequent(robot)}'
         elif new_faults > 0:
             level, message = WARN, f'{new_faults} messages refused: {_most_frequent(robot)}'

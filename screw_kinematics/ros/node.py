@@ -30,7 +30,8 @@ HOUSEKEEPING_PERIOD = 0.1
 HOW_TO_CONFIGURE = (
     'names of robots, and a description for each, for example: --ros-args -p robots:=[arm] '
     '-p arm.description:=package://screw_kinematics/config/robots/puma560.yaml; or a file of '
-    'parameters such as share/screw_kinematics/config/kinematic_states.yaml')
+    'parameters such as share/screw_kinematics/config/kinematic_states.yaml, which must be for '
+    'this very node, or /**')
 
 
 class KinematicStatePublisher(LifecycleNode):
@@ -148,7 +149,8 @@ class KinematicStatePublisher(LifecycleNode):
     def _configure(self) -> None:
         settings = self._settings.node_settings()
         if not settings.robots:
-            raise ParameterError('robots', [], HOW_TO_CONFIGURE)
+            misspelt = [s for s in self._settings.unknown() if 'did you mean' in s]
+            raise ParameterError('robots', [], '; '.join([HOW_TO_CONFIGURE, *misspelt]))
         for name in settings.robots:
             self._settings.declare_robot(name)
         every = [self._settings.robot_settings(name) for name in settings.robots]
@@ -169,6 +171,10 @@ class KinematicStatePublisher(LifecycleNode):
             self._descriptions.append(self.create_subscription(
                 String, topic, partial(_described, listeners),
                 QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)))
+        for robot in robots:
+            self.get_logger().info(f'{robot.name}: ' + (
+                f'waiting for a description on {robot.settings.description_topic!r}'
+                if robot.model is None else repr(robot.model)))
 
     def _listen(self) -> None:
         for joint_input in self.inputs.values():
@@ -191,6 +197,8 @@ class KinematicStatePublisher(LifecycleNode):
         for robot in self.robots.values():
             robot.close()
         self.robots.clear()
+        # The robots of the next configuration count from zero.
+        self._diagnostics = Diagnostics()
 
     # At low rate
 

@@ -14,7 +14,7 @@ from .robot_model import build_model, check_outputs, continuous_joints
 from .settings import RobotSettings
 from .topics import RobotTopics
 from ..accounting import Account
-from ..errors import ScrewKinematicsError
+from ..errors import ModelError, ScrewKinematicsError
 from ..pipeline import RobotPipeline
 
 NO_MODEL = 'no_model_yet'
@@ -71,7 +71,11 @@ class Robot:
 
     def load_given(self) -> None:
         """Load the model of the ``description`` parameter; raise ScrewKinematicsError."""
-        self._set_model(build_model(self.settings))
+        try:
+            model = build_model(self.settings)
+        except ModelError as error:     # of several robots with one description, whose?
+            raise ModelError(f'robot {self.name!r}', error.args[0]) from None
+        self._set_model(model)
 
     def load_text(self, text: str) -> None:
         """Load a URDF text beside the stream of messages; keep the old model if it fails."""

@@ -44,13 +44,13 @@ def build_model(settings: RobotSettings, text: str | None = None) -> Any:
         model = models.load(given, *frames)
     if not model.joint_names:
         raise ModelError(
-            f'robot {settings.name!r}', 'no joint moves between the frames '
+            model.name, 'no joint moves between the frames '
             f'{model.base_frame!r} and {model.tip_frame!r}')
     check_outputs(settings, model)
     if settings.has_tool:
         if not hasattr(model, 'with_tool'):
             raise ModelError(
-                f'robot {settings.name!r}', 'tool_offset: this kind of model takes its tool '
+                model.name, 'tool_offset: this kind of model takes its tool '
                 'from the model file only')
         offset = settings.tool_offset
         model = model.with_tool(

@@ -67,7 +67,8 @@ def _quantity(name: str, default: float, text: str, low: float, high: float) -> 
 
 NODE = (
     Setting('robots', [''], 'Names of the robots; the parameters of each begin with its name.',
-            'different names of letters, digits and underscores, beginning with a letter',
+            'different names of letters, digits and underscores, beginning with a letter, as a '
+            'list such as [arm]',
             checks.robot_names, 'configured'),
     _quantity('diagnostics_rate', 1.0, 'Rate of the messages on /diagnostics [Hz]; 0: none.',
               0.0, 100.0),
@@ -97,7 +98,7 @@ ROBOT = (
             'a frame of the model', checks.text),
     Setting('tool_offset', [0.0] * 6,
             'Pose of the tool in the tip frame: x y z [m], roll pitch yaw [rad].',
-            'six finite numbers', checks.offset),
+            f'six finite numbers of at most {checks.LARGEST_OFFSET:g}', checks.offset),
     Setting('frame_prefix', '', 'Put before the frame names in messages.',
             'a string', checks.text),
     Setting('joint_states_topic', 'joint_states',

@@ -5,7 +5,10 @@ from geometry_msgs.msg import TwistStamped
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState, GetState
 from rcl_interfaces.srv import ListParameters
+from rclpy.lifecycle import TransitionCallbackReturn
+from rclpy.parameter import Parameter
 from rig import joint_state, PUMA, running, smooth_motion
+from screw_kinematics.ros.node import KinematicStatePublisher
 
 MS = 1_000_000
 JOINTS = tuple(f'q{i}' for i in range(1, 7))
@@ -34,7 +37,7 @@ def test_the_whole_life(context, tmp_path):
         assert state(rig) == 'unconfigured'
         rig.wait(lambda: rig.status('node')[0] == b'\2')
         assert 'no such file' in rig.status('node')[1]
-        assert 'cannot become inactive: /no/such/file.urdf' in rig.log.read_text()
+        assert "cannot become inactive: robot 'arm': /no/such/file.urdf" in rig.log.read_text()
         assert rig.set_parameters(arm__description=PUMA).successful
         assert change(rig, Transition.TRANSITION_CONFIGURE)
         assert state(rig) == 'inactive'
@@ -88,3 +91,21 @@ def test_parameters_are_not_offered_if_so_asked(context, tmp_path):
             'kinematic_state_publisher', '/'))
         assert not client.service_is_ready()
         assert not any('parameter' in name for name in services), services
+
+
+def test_diagnostics_begin_anew_with_every_configuration(context):
+    node = KinematicStatePublisher(context=context, parameter_overrides=[
+        Parameter('robots', value=['arm']), Parameter('arm.description', value=PUMA)])
+
+    def take(count):
+        for k in range(count):
+            node.robots['arm'].take(10**9 + k * MS, JOINTS, (0.1,) * 6, ())
+        return node._diagnostics.report(node).status[1]
+
+    assert (take(20).level, take(20).level) == (b'\0', b'\0')
+    for transition in (node.trigger_deactivate, node.trigger_cleanup, node.trigger_configure,
+                       node.trigger_activate):
+        assert transition() == TransitionCallbackReturn.SUCCESS
+    status = take(10)
+    assert (status.level, status.message) == (b'\0', 'ready; nobody listens')
+    node.destroy_node()
