@@ -95,21 +95,20 @@ class RobotPipeline:
         """Names of the measured joints."""
         return self._joints.joint_names
 
-    def warm_up(self, program: Program, covariance: bool = False) -> None:
+    def warm_up(self, program: Program, settings: MotionSettings,
+                covariance: bool = False) -> None:
         """
         Compile what the first samples would wait for; in any thread, beside the samples.
 
         Parameters
         ----------
-        program : Program
-            The one that will be given to :meth:`want`.
-        covariance : bool
-            As there.
+        program, settings, covariance
+            What will be given to :meth:`configure` and :meth:`want`.
 
         """
         program.warm_up()
         # All later ones find compiled what the first one has compiled.
-        GroupMotion(self.settings, self._continuous, program.order, covariance, compiled=True)
+        GroupMotion(settings, self._continuous, program.order, covariance, compiled=True)
 
     def want(self, program: Program | None, covariance: bool = False) -> None:
         """

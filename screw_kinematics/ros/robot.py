@@ -189,7 +189,7 @@ class Robot:
             program = model.compile(needs, backend=backend, axes=settings.expressed_in,
                                     pole=settings.reference_point)
             if program.backend == 'numba':
-                pipeline.warm_up(program, covariance)
+                pipeline.warm_up(program, settings.motion, covariance)
             return program
 
         def done(program: Any) -> None:

@@ -26,7 +26,7 @@ from . import console, live_view, robots
 from .demo_state import stamp_of, Truth
 from .joint_state_source import add_motion_options, checked_rate
 from .processes import Children
-from .state_listener import Listener, require_ros
+from .state_listener import check_names, Listener, require_ros
 from ..errors import ParameterError, ToolError
 from ..ros.stop_request import StopRequest
 
@@ -73,10 +73,13 @@ def demonstrate(arguments: argparse.Namespace) -> int:
     if not 0 <= arguments.delay <= 1:
         raise ParameterError('delay', arguments.delay, '0 to 1 s')
     checked_rate(arguments.rate)
+    check_names(arguments.namespace, ())
     # The demo talks to itself: nothing of it should reach the robots of the network.
     os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
     robot = robots.load(arguments)
-    name = re.sub(r'\W', '_', robot.name).strip('_') or 'robot'
+    name = re.sub('[^A-Za-z0-9_]', '_', robot.name).strip('_')
+    if not name[:1].isalpha():
+        name = f'robot_{name}'.rstrip('_')
     truth = Truth(robot, robots.motion(robot, arguments.motion), time.time_ns())
     with StopRequest() as stop, Children() as children:
         children.start('the node', 'screw_kinematics.ros.main', _node(arguments, name))

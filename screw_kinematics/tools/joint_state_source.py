@@ -10,6 +10,7 @@ import time
 
 from . import console, robots
 from .motions import MOTIONS
+from .state_listener import check_names
 from ..errors import MissingExtraError, ParameterError
 from ..ros.stop_request import StopRequest
 
@@ -62,6 +63,7 @@ def publish(arguments: argparse.Namespace) -> int:
     except ImportError:
         raise MissingExtraError('rclpy', 'ros', 'publishing joint states') from None
     rate = checked_rate(arguments.rate)
+    check_names(arguments.namespace, [arguments.topic])
     stop = StopRequest()
     stop.take_signals()
     robot = robots.load(arguments)

@@ -13,7 +13,7 @@ from rich.progress import Progress
 
 from .findings import FACT, Finding, PROBLEM
 from .joint_stream import JointStreams
-from .state_listener import Listener
+from .state_listener import check_names, Listener, require_ros
 
 NODE = 'kinematic_state_publisher'
 
@@ -39,11 +39,13 @@ def listen(topics: Collection[str], descriptions: Collection[str], seconds: floa
 
     Raises
     ------
-    MissingExtraError
-        rclpy is not installed.
+    MissingExtraError, ParameterError
+        rclpy is not installed; a topic has no valid name.
 
     """
     heard = Heard({topic: JointStreams() for topic in topics}, {}, [])
+    require_ros()
+    check_names('', [*topics, *descriptions])
     with Listener({}, 'check') as listener:
         _subscribe(listener.node, heard, descriptions)
         with Progress(console=Console(stderr=True), transient=True) as progress:

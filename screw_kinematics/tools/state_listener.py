@@ -4,12 +4,12 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 import time
 from types import TracebackType
 from typing import Any
 
-from ..errors import MissingExtraError
+from ..errors import MissingExtraError, ParameterError
 
 
 class Stream:
@@ -59,13 +59,14 @@ class Listener:
 
     Raises
     ------
-    MissingExtraError
-        rclpy is not installed.
+    MissingExtraError, ParameterError
+        rclpy is not installed; namespace or topic has no valid name.
 
     """
 
     def __init__(self, topics: Mapping[str, Any], name: str, namespace: str = '') -> None:
         require_ros()
+        check_names(namespace, topics)
         import rclpy
         from rclpy.executors import SingleThreadedExecutor
         from rclpy.qos import qos_profile_sensor_data
@@ -111,3 +112,28 @@ def require_ros() -> None:
         import rclpy    # noqa: F401
     except ImportError:
         raise MissingExtraError('rclpy', 'ros', 'talking to ROS') from None
+
+
+def check_names(namespace: str, topics: Iterable[str]) -> None:
+    """
+    Check names before ROS does, which would tell of wrong ones by a traceback.
+
+    Raises
+    ------
+    ParameterError
+        The namespace or a topic has no valid name.
+
+    """
+    from rclpy.exceptions import NameValidationException
+    from rclpy.validate_namespace import validate_namespace
+    from rclpy.validate_topic_name import validate_topic_name
+    allowed = "letters, digits and '_', in parts that begin with no digit, with '/' between"
+    try:
+        validate_namespace('/' + namespace.removeprefix('/'))
+    except NameValidationException:
+        raise ParameterError('namespace', namespace, allowed) from None
+    for topic in topics:
+        try:
+            validate_topic_name(topic)
+        except NameValidationException:
+            raise ParameterError('topic', topic, allowed) from None

@@ -10,7 +10,7 @@ import sys
 
 import pytest
 
-from screw_kinematics.tools import demo
+from screw_kinematics.tools import demo, joint_state_source
 
 ROBOTS = Path(__file__).parents[2] / 'config' / 'robots'
 LIMIT = 120.0    # s; the machine may be busy
@@ -113,9 +113,20 @@ def test_the_demo_ends_if_its_node_does(namespace):
     (['--robot', 'no_such.yaml'], 'no_such.yaml'),
     (['--rate', '0'], "'rate' is 0.0; allowed: more than 0"),
     (['--delay', '-1'], "'delay' is -1.0; allowed: 0 to 1 s"),
+    (['--namespace', '1 2'], "'namespace' is '1 2'; allowed: letters, digits"),
 ])
 def test_wrong_options_are_one_line(capsys, options, message):
     assert demo.main(options) == 2
+    error = capsys.readouterr().err
+    assert error.count('\n') == 1 and message in error
+
+
+@pytest.mark.parametrize('options, message', [
+    (['--topic', 'a b'], "'topic' is 'a b'; allowed: letters, digits"),
+    (['--namespace', '1 2'], "'namespace' is '1 2'; allowed: letters, digits"),
+])
+def test_wrong_names_of_the_source_are_one_line(capsys, options, message):
+    assert joint_state_source.main(options) == 2
     error = capsys.readouterr().err
     assert error.count('\n') == 1 and message in error
 
