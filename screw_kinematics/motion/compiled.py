@@ -13,6 +13,9 @@ ROWS = 13
 """Rows of a bank's record: 0-3 predicted states, 4-7 states, 8 innovation of the position, 9 of
 the velocity, 10 and 11 the mean squares of the two, 12 the weights."""
 
+FLOOR = 1e-26
+"""Added to mean squares before their logarithm, rad^2: far below any measured noise."""
+
 
 class Kernels(NamedTuple):
     """Compiled functions; see `load`."""
@@ -55,46 +58,16 @@ def _define(cache: bool) -> Kernels:
     from numba import njit
 
     @njit(cache=cache, error_model='numpy')
-    def steady_step(  # type: ignore[no-untyped-def]
-            old, new, mean, table, velocity_table, position, velocity, r, forget, span, floor):
-        """Do what `FilterBank._steady_step` does; tables hold gains, precision, constants."""
+    def weigh(new, table, velocity_table, span):  # type: ignore[no-untyped-def]
+        """Write new weights to the record: the likelihoods, over their sum for each joint."""
         filters, joints = new.shape[1], new.shape[2]
-        groups = table.shape[2]
         measured = velocity_table.shape[0] > 0
-        keep = 1.0 - forget
         for j in range(joints):
-            g = j if groups > 1 else 0
             best = math.inf
             for m in range(filters):
-                x3 = old[7, m, j]
-                x2 = old[6, m, j] + 3.0 * r * x3
-                x1 = old[5, m, j] + r * (2.0 * old[6, m, j] + 3.0 * r * x3)
-                x0 = old[4, m, j] + r * (old[5, m, j] + r * (old[6, m, j] + r * x3))
-                new[0, m, j], new[1, m, j], new[2, m, j], new[3, m, j] = x0, x1, x2, x3
-                e = position[j] - x0
-                new[8, m, j] = e
-                x0 += table[0, m, g] * e
-                x1 += table[1, m, g] * e
-                x2 += table[2, m, g] * e
-                x3 += table[3, m, g] * e
-                square = keep * old[10, m, j] + forget * table[4, m, g] * e * e
-                new[10, m, j] = square
-                score = math.log(square + floor) + table[5, m, g]
-                if measured:
-                    e = velocity[j] - x1
-                    new[9, m, j] = e
-                    x0 += velocity_table[0, m, g] * e
-                    x1 += velocity_table[1, m, g] * e
-                    x2 += velocity_table[2, m, g] * e
-                    x3 += velocity_table[3, m, g] * e
-                    square = keep * old[11, m, j] + forget * velocity_table[4, m, g] * e * e
-                    new[11, m, j] = square
-                    if velocity_table[5, m, g] > 0.0:
-                        score += math.log(square + floor)
-                else:
-                    new[9, m, j] = 0.0
-                    new[11, m, j] = old[11, m, j]
-                new[4, m, j], new[5, m, j], new[6, m, j], new[7, m, j] = x0, x1, x2, x3
+                score = math.log(new[10, m, j] + FLOOR) + table[5, m, j]
+                if measured and velocity_table[5, m, j] > 0.0:
+                    score += math.log(new[11, m, j] + FLOOR)
                 new[12, m, j] = score
                 best = min(best, score)
             total = 0.0
@@ -102,14 +75,63 @@ def _define(cache: bool) -> Kernels:
                 w = math.exp(-0.5 * span * (new[12, m, j] - best))
                 new[12, m, j] = w
                 total += w
-            total = 1.0 / total
-            for k in range(4):
-                mean[k, j] = 0.0
             for m in range(filters):
-                w = new[12, m, j] * total
-                new[12, m, j] = w
+                new[12, m, j] /= total
+
+    @njit(cache=cache, error_model='numpy', fastmath={'contract'})
+    def steady_step(  # type: ignore[no-untyped-def]
+            old, new, state, table, velocity_table, position, velocity, r, forget, span, unit):
+        """
+        Do what `SteadySteps` does in a step; tables hold gains, precision, constants.
+
+        The weights are renewed if `span` > 0. `unit` is the time unit of scaled states; `state`
+        receives the weighted mean, not scaled.
+        """
+        filters, joints = new.shape[1], new.shape[2]
+        size = filters * joints
+        keep = 1.0 - forget
+        x, y = old.reshape((ROWS, size)), new.reshape((ROWS, size))
+        gains = table.reshape((6, size))
+        for i in range(size):
+            y[3, i] = x[7, i]
+            y[2, i] = x[6, i] + 3.0 * r * x[7, i]
+            y[1, i] = x[5, i] + r * (2.0 * x[6, i] + 3.0 * r * x[7, i])
+            y[0, i] = x[4, i] + r * (x[5, i] + r * (x[6, i] + r * x[7, i]))
+        for m in range(filters):
+            for j in range(joints):
+                new[8, m, j] = position[j] - new[0, m, j]
+        for i in range(size):
+            e = y[8, i]
+            for k in range(4):
+                y[4 + k, i] = y[k, i] + gains[k, i] * e
+            y[9, i] = 0.0
+            y[10, i] = keep * x[10, i] + forget * gains[4, i] * e * e
+            y[11, i] = x[11, i]
+            y[12, i] = x[12, i]
+        if velocity_table.shape[0]:
+            gains = velocity_table.reshape((6, size))
+            for m in range(filters):
+                for j in range(joints):
+                    new[9, m, j] = velocity[j] * unit - new[5, m, j]
+            for i in range(size):
+                e = y[9, i]
                 for k in range(4):
-                    mean[k, j] += w * new[4 + k, m, j]
+                    y[4 + k, i] += gains[k, i] * e
+                y[11, i] = keep * x[11, i] + forget * gains[4, i] * e * e
+        if span > 0.0:
+            weigh(new, table, velocity_table, span)
+        for j in range(joints):
+            for k in range(4):
+                state[k, j] = 0.0
+        for k in range(4):
+            for m in range(filters):
+                for j in range(joints):
+                    state[k, j] += new[12, m, j] * new[4 + k, m, j]
+        scale = 1.0
+        for k in range(1, 4):
+            scale *= k / unit
+            for j in range(joints):
+                state[k, j] *= scale
 
     @njit(cache=cache, error_model='numpy', fastmath={'reassoc', 'contract'})
     def weighted_mean(mean, weights, state):  # type: ignore[no-untyped-def]

@@ -115,7 +115,7 @@ class MotionEstimator(GuardedEstimator):
             if self._count < self.min_samples:
                 return None
             return JointMotion(
-                stamp, bank.mean * PHYSICAL, partial(self._covariance, bank.snapshot()))
+                stamp, bank.state, partial(self._covariance, bank.snapshot()))
         assert self._lag is not None
         self._lag.push(stamp, step, bank.steady)
         wanted = stamp - self.delay

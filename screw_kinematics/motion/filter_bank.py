@@ -9,9 +9,10 @@ import math
 
 import numpy as np
 
+from screw_kinematics.motion.compiled import FLOOR
 from screw_kinematics.motion.filter_step import Innovation, SteadyGains, Step
 from screw_kinematics.motion.joint_motion import Array
-from screw_kinematics.motion.steady_steps import FLOOR, SteadySteps
+from screw_kinematics.motion.steady_steps import SteadySteps
 from screw_kinematics.motion.wiener_process import process_noise, SCALE, TIME_UNIT, transition
 
 BANDWIDTHS = {4: tuple(1.5 * 1.6**k for k in range(12)), 3: (30.0, 60.0, 120.0)}
@@ -203,7 +204,7 @@ class FilterBank(SteadySteps):
         score = score - score.min(axis=0)
         weights = np.exp(-0.5 * self._span * score)
         self._weights = weights = weights / weights.sum(axis=0)
-        self.mean = np.einsum('mn,kmn->kn', weights, self._x)
+        self.state = np.einsum('mn,kmn->kn', weights, self._x) * self._physical
 
     def _settle(self, step: Step, reference: float, ratio: Array | None) -> None:
         """Keep the gains if they have converged."""
@@ -220,13 +221,15 @@ class FilterBank(SteadySteps):
         log_s = -np.log(step.position.precision)
         log_s_velocity = np.zeros((1, 1)) if ratio is None else np.log1p(self._spread)
         used = 0.0 if ratio is None else np.isfinite(ratio).astype(float)
-        constant = log_s + used * log_s_velocity
-        table = np.concatenate([step.position.gain, [step.position.precision, constant]])
+        table = self._table(step.position, log_s + used * log_s_velocity)
         velocity_table = np.empty((0, *table.shape[1:]))
         if step.velocity is not None:
-            flags = np.broadcast_to(used, constant.shape)
-            velocity_table = np.concatenate(
-                [step.velocity.gain, [step.velocity.precision, flags]])
+            velocity_table = self._table(step.velocity, used)
         self.steady = self._kept = SteadyGains(
-            reference, ratio, step, gain, log_s, log_s_velocity, used, constant,
-            table, velocity_table)
+            reference, ratio, step, gain, log_s, log_s_velocity, table, velocity_table)
+
+    def _table(self, innovation: Innovation, last: Array | float) -> Array:
+        """Return gains, precision and one more row for each filter and joint."""
+        table = np.empty((6, self.n_filters, self.n_joints))
+        table[:4], table[4], table[5] = innovation.gain, innovation.precision, last
+        return table

@@ -58,14 +58,19 @@ class SteadyGains(NamedTuple):
     log_s_velocity: Array
     """Logarithm of the variance of the velocity innovations over that of their noise."""
 
-    used: Array | float
-    """1 for joints whose velocity is used, else 0."""
-
-    log_constant: Array
-    """The constant part of the likelihood's score."""
-
     table: Array
-    """Gains, precision and constant for compiled code, shape (6, M, g)."""
+    """Gains, precision, and the constant part of the likelihood's score, shape (6, M, n)."""
 
     velocity_table: Array
-    """Gains, precision and `used` of the velocity, shape (6, M, n), or (0, M, g) if none is."""
+    """Gains and precision of the velocity, and 1 where it is used, else 0; shape (6, M, n), or
+    (0, M, n) if none is."""
+
+    def repeated(
+        self, dt: float, predicted: Array, error: Array, velocity_error: Array | None
+    ) -> Step:
+        """Return a step with these gains, for smoothing."""
+        _, _, covariance, (gain, precision, _), velocity = self.step
+        return Step(
+            dt, predicted, covariance, Innovation(gain, precision, error),
+            None if velocity is None or velocity_error is None
+            else Innovation(velocity.gain, velocity.precision, velocity_error))

@@ -150,7 +150,7 @@ class GroupMotion:
             self._epoch_ns, since = stamp_ns, 0
         stamp = since * 1e-9
         motion = estimator.update(
-            stamp, np.array(position),
+            stamp, position,
             None if velocity is None or self._ignored else _credible(velocity))
         if motion is None:
             if estimator.last_outcome != WARMING_UP:

@@ -79,6 +79,8 @@ class SampleGuard:
         self.restarts: Counter[str] = Counter()
         self.last_refusal: str | None = None
         self.position = np.full(n_joints, np.nan)
+        self._shape = self.position.shape
+        self._values = self.position.tolist()
         self._stamp = math.nan
         self._shortest = 0.0
         self._backward = 0
@@ -92,24 +94,34 @@ class SampleGuard:
         """
         Judge one sample.
 
+        Parameters
+        ----------
+        stamp:
+            Time of the sample, s.
+        position: shape (n_joints,)
+            Measured positions, rad or m; an array that nobody changes from now on.
+
         Returns
         -------
         The time since the last admitted sample in s, or `START`, or `REFUSED`. Unless refused,
-        the attribute `position` is the unwrapped position as a new array.
+        the attribute `position` is the unwrapped position.
 
         """
         dt = stamp - self._stamp
-        if self._shortest < dt <= self.max_gap and position.shape == self.position.shape:
-            step = position - self.position
+        if self._shortest < dt <= self.max_gap and position.shape == self._shape:
             if self._wraps is not None:
+                step = position - self.position
                 step -= np.where(self._wraps, 2 * np.pi * np.rint(step / (2 * np.pi)), 0.0)
+                unwrapped = self.position + step
+            else:
+                unwrapped = position
+            values = unwrapped.tolist()
             limit = self.max_velocity * dt + self.max_jump
             # The norm bounds each component, and is NaN if any is: one number settles most cases.
-            if math.hypot(*step.tolist()) <= limit or np.abs(step).max() <= limit:
-                if self._wraps is not None:
-                    self.position = self.position + step
-                else:
-                    self.position = position.copy()
+            if (math.dist(values, self._values) <= limit
+                    or np.abs(unwrapped - self.position).max() <= limit):
+                self.position = unwrapped
+                self._values = values
                 self._stamp = stamp
                 self._shortest += 1e-3 * (1e-3 * dt - self._shortest)
                 self._backward = self._implausible = 0
@@ -152,7 +164,8 @@ class SampleGuard:
         return self._start(stamp, position)
 
     def _start(self, stamp: float, position: Array) -> float:
-        self.position = position.copy()
+        self.position = position
+        self._values = position.tolist()
         self._stamp = stamp
         self._backward = self._implausible = 0
         self._shortest = 0.0

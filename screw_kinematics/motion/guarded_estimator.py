@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from screw_kinematics.errors import InvalidValueError
 from screw_kinematics.motion.guard import SampleGuard
@@ -52,7 +53,7 @@ class GuardedEstimator(ABC):
         self._guard = SampleGuard(n_joints, **limits)
 
     def update(
-        self, stamp: float, position: Array, velocity: Array | None = None
+        self, stamp: float, position: ArrayLike, velocity: ArrayLike | None = None
     ) -> JointMotion | None:
         """
         Take one sample; return the motion it leads to, or ``None`` (see `last_outcome`).
@@ -69,19 +70,20 @@ class GuardedEstimator(ABC):
 
         """
         guard = self._guard
-        dt = guard.admit(stamp, np.asarray(position, float))
+        dt = guard.admit(stamp, np.array(position, float))
         if dt < 0.0:
             self.last_outcome = f'refused: {guard.last_refusal}'
             return None
+        measured = None
         if velocity is not None:
-            velocity = np.asarray(velocity, float)
-            if velocity.shape != guard.position.shape:
-                velocity = None
+            measured = np.array(velocity, float)
+            if measured.shape != guard.position.shape:
+                measured = None
         if dt == 0.0:
-            self._start(stamp, guard.position, velocity)
+            self._start(stamp, guard.position, measured)
             motion = None
         else:
-            motion = self._advance(stamp, dt, guard.position, velocity)
+            motion = self._advance(stamp, dt, guard.position, measured)
         self.last_outcome = WARMING_UP if motion is None else ESTIMATE
         return motion
 

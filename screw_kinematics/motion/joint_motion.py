@@ -8,7 +8,7 @@ from collections.abc import Callable
 from typing import Protocol, Union
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
 CovarianceSource = Union[Array, Callable[[], Array], None]
@@ -42,7 +42,7 @@ class JointMotion:
     __slots__ = ('_covariance', 'state', 'stamp')
 
     def __init__(self, stamp: float, state: Array, covariance: CovarianceSource = None) -> None:
-        state.flags.writeable = False
+        state.setflags(write=False)
         self.stamp = stamp
         self.state = state
         self._covariance = covariance
@@ -88,7 +88,7 @@ class RateEstimator(Protocol):
     """Anything that turns joint samples into joint motion, one sample at a time."""
 
     def update(
-        self, stamp: float, position: Array, velocity: Array | None = None
+        self, stamp: float, position: ArrayLike, velocity: ArrayLike | None = None
     ) -> JointMotion | None:
         """
         Take one sample; return the motion it leads to, or ``None``.

@@ -8,7 +8,6 @@ from collections import deque
 import math
 
 import numpy as np
-from numpy.lib.stride_tricks import sliding_window_view
 
 from screw_kinematics.motion.divided_difference import divided_difference
 from screw_kinematics.motion.joint_motion import Array
@@ -21,6 +20,9 @@ PHASE_GAIN, PERIOD_GAIN = 0.02, 1e-4
 
 BLOCK, REST = 8, 0.02
 """Samples judged together, and least time between judgements, s."""
+
+_ROW = np.arange(BLOCK)[:, None]
+_COLUMN = _ROW + np.arange(5)
 
 ADOPT, ABANDON = 0.4, 0.7
 """Ratio of noise with regular stamps to that with given stamps below/above which to change."""
@@ -50,7 +52,7 @@ class SamplingClock:
         self.regularised = False
         self._stamps: list[float] = []
         self._period = 0.0
-        self._nominal = 0.0
+        self._fastest = self._slowest = 0.0
         self._tick = math.nan
         self._strays = 0
         self._samples: deque[tuple[float, float, Array]] = deque(maxlen=BLOCK + 4)
@@ -61,7 +63,7 @@ class SamplingClock:
 
     def push(self, stamp: float, position: Array) -> float:
         """Take one sample; return the stamp to use for it."""
-        if math.isnan(self._tick):
+        if not self._period:
             self._stamps.append(stamp)
             if len(self._stamps) == LOCK_SAMPLES:
                 self._lock()
@@ -72,8 +74,8 @@ class SamplingClock:
             return stamp
         self._samples.append((stamp, tick, position))
         self._fresh += 1
-        if self._fresh >= BLOCK and tick - self._judged >= REST and (
-                len(self._samples) == BLOCK + 4):
+        if (tick - self._judged >= REST and self._fresh >= BLOCK
+                and len(self._samples) == BLOCK + 4):
             self._fresh = 0
             self._judged = tick
             self._judge()
@@ -85,13 +87,16 @@ class SamplingClock:
         steps = np.diff(t)
         ticks = np.maximum(1, np.rint(steps / np.median(steps))).cumsum()
         period, phase = np.polyfit(ticks, t[1:], 1)
-        self._period = self._nominal = float(period)
+        self._period = float(period)
+        self._fastest, self._slowest = 0.98 * self._period, 1.02 * self._period
         self._tick = float(phase + period * ticks[-1])
 
     def _advance(self, stamp: float) -> float | None:
         """Return the tick of the sample; None if the sampler is not periodic after all."""
         period = self._period
-        tick = self._tick + max(1, round((stamp - self._tick) / period)) * period
+        tick = self._tick
+        passed = round((stamp - tick) / period)
+        tick += passed * period if passed > 1 else period
         error = stamp - tick
         if abs(error) > 0.45 * period:
             self._strays += 1
@@ -99,25 +104,31 @@ class SamplingClock:
                 return None
         elif self._strays:
             self._strays -= 1
-        error = max(-0.3 * period, min(0.3 * period, error))
+        limit = 0.3 * period
+        if not -limit <= error <= limit:
+            error = math.copysign(limit, error)
         self._tick = tick = tick + PHASE_GAIN * error
         period += PERIOD_GAIN * error
-        self._period = max(0.98 * self._nominal, min(1.02 * self._nominal, period))
+        if not self._slowest >= period >= self._fastest:
+            period = self._slowest if period > self._slowest else self._fastest
+        self._period = period
         return tick
 
     def _judge(self) -> None:
         given, ticks, positions = zip(*self._samples)
         q = np.array(positions)
-        moving = (q != q[0]).any(axis=0)
-        if not moving.any():
+        q -= q[0]
+        moving = int(q.any(axis=0).sum())
+        if not moving:
             return
-        q = sliding_window_view(q[:, moving] - q[0, moving], 5, axis=0)
-        noise = [
-            np.einsum('wi,wni->wn', divided_difference(sliding_window_view(t, 5)), q)
-            for t in (np.array(given), np.array(ticks))]
+        # As one product, with the differences' coefficients as the bands of two matrices.
+        bands = np.zeros((2, BLOCK, BLOCK + 4))
+        bands[:, _ROW, _COLUMN] = divided_difference(np.array((given, ticks))[:, _COLUMN])
+        differences = bands.reshape(-1, BLOCK + 4).dot(q).reshape(2, -1)
+        noise = (differences * differences).sum(axis=1) / (BLOCK * moving)
         self._blocks += 1
         gain = max(0.04, 1.0 / self._blocks)
-        self._noise += gain * (np.array([np.mean(x * x) for x in noise]) - self._noise)
+        self._noise += gain * (noise - self._noise)
         if self._blocks >= 8:
             limit = ABANDON if self.regularised else ADOPT
             self.regularised = bool(self._noise[1] < limit * self._noise[0])

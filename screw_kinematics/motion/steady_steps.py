@@ -9,13 +9,10 @@ import math
 
 import numpy as np
 
-from screw_kinematics.motion.compiled import Kernels, ROWS
-from screw_kinematics.motion.filter_step import Innovation, SteadyGains, Step
+from screw_kinematics.motion.compiled import FLOOR, Kernels, ROWS
+from screw_kinematics.motion.filter_step import SteadyGains, Step
 from screw_kinematics.motion.joint_motion import Array
-from screw_kinematics.motion.wiener_process import TIME_UNIT, transition
-
-FLOOR = 1e-26
-"""Added to mean squares before their logarithm, rad^2: far below any measured noise."""
+from screw_kinematics.motion.wiener_process import SCALE, TIME_UNIT, transition
 
 REWEIGH = 4e-3
 """Time between renewals of the weights while the gains are kept, s; a part of their memory."""
@@ -29,8 +26,8 @@ class SteadySteps:
 
     Attributes
     ----------
-    mean: shape (4, n)
-        Weighted mean of the filters' scaled states.
+    state: shape (4, n)
+        Weighted mean of the filters' states, not scaled; not kept up to date while `remember`.
     kernels:
         Compiled functions to use, if any.
     remember:
@@ -39,19 +36,20 @@ class SteadySteps:
     """
 
     p: Array
-    mean: Array
+    state: Array
 
     def __init__(self, n_joints: int, window: float) -> None:
         self.n_joints = n_joints
         self.window = window
         self.kernels: Kernels | None = None
         self.remember = True
+        self._physical = np.repeat(1.0 / SCALE[:, None], n_joints, axis=1)
         self._clear()
 
     def _clear(self) -> None:
         """Forget steps whose weights or arrays are still to be brought home."""
         self._record: Array | None = None
-        self._unweighed: list[tuple[float, Step]] = []
+        self._unweighed: list[tuple[float, Array, Array | None]] = []
         self._unweighed_time = 0.0
         self._span = 0.0
 
@@ -62,6 +60,9 @@ class SteadySteps:
             self._x, self._weights = record[4:8], record[12]
             self._noise, self._velocity_noise = record[10], record[11]
             self._record = None
+            if self._unweighed_time:
+                self._weights = self._weighed(steady)
+                self._unweighed_time = 0.0
         elif self._unweighed:
             self._reweigh_steady(steady)
 
@@ -88,35 +89,32 @@ class SteadySteps:
         if self.kernels is not None:
             return self._compiled_step(self.kernels, steady, dt, position, velocity)
         predicted = transition(dt).dot(self._x.reshape(4, -1)).reshape(self._x.shape)
-        gain, precision, _ = steady.step.position
         error = position - predicted[0]
-        of_position, of_velocity = Innovation(gain, precision, error), None
-        x = gain * error
+        x = steady.table[:4] * error
         x += predicted
+        velocity_error = None
         if velocity is not None and steady.step.velocity is not None:
-            gain, precision, _ = steady.step.velocity
-            error = velocity * TIME_UNIT - x[1]
-            of_velocity = Innovation(gain, precision, error)
-            x += gain * error
+            velocity_error = velocity * TIME_UNIT - x[1]
+            x += steady.velocity_table[:4] * velocity_error
         self._x = x
-        step = Step(dt, predicted, steady.step.covariance, of_position, of_velocity)
-        self._unweighed.append((dt, step))
+        self._unweighed.append((dt, error, velocity_error))
         self._unweighed_time += dt
         if self._unweighed_time >= REWEIGH:
             self._reweigh_steady(steady)
-        self.mean = np.add.reduce(self._weights * x, axis=1)
-        return step if self.remember else None
+        if self.remember:
+            return steady.repeated(dt, predicted, error, velocity_error)
+        self.state = (self._weights * x).sum(axis=1) * self._physical
+        return None
 
     def _reweigh_steady(self, steady: SteadyGains) -> None:
         """Do for all steps since the last time at once what `_reweigh` does for one."""
         steps, self._unweighed, self._unweighed_time = self._unweighed, [], 0.0
         shares, share = [], 1.0
-        for dt, _ in reversed(steps):
+        for dt, _, _ in reversed(steps):
             kept = math.exp(-dt / self.window)
             shares.append((1.0 - kept) * share)
             share *= kept
-        for dt, _ in steps:
-            self._span = math.exp(-dt / self.window) * self._span + 1.0
+            self._span = kept * self._span + 1.0
         of_steps = np.array(shares[::-1])
 
         def mean(old: Array, errors: Array, precision: Array) -> Array:
@@ -126,22 +124,24 @@ class SteadySteps:
             new += share * old
             return new
 
-        self._noise = noise = mean(
-            self._noise, np.array([step.position.error for _, step in steps]),
-            steady.step.position.precision)
-        score = np.log(noise + FLOOR)
+        self._noise = mean(self._noise, np.array([e for _, e, _ in steps]), steady.table[4])
         if steady.step.velocity is not None:
-            self._velocity_noise = noise = mean(
-                self._velocity_noise,
-                np.array([step.velocity.error for _, step in steps if step.velocity]),
-                steady.step.velocity.precision)
-            score += steady.used * np.log(noise + FLOOR)
-        score += steady.log_constant
+            self._velocity_noise = mean(
+                self._velocity_noise, np.array([e for _, _, e in steps]),
+                steady.velocity_table[4])
+        self._weights = self._weighed(steady)
+
+    def _weighed(self, steady: SteadyGains) -> Array:
+        """Return the weights that follow from the mean squares."""
+        score = np.log(self._noise + FLOOR)
+        if steady.step.velocity is not None:
+            score += steady.velocity_table[5] * np.log(self._velocity_noise + FLOOR)
+        score += steady.table[5]
         score -= np.minimum.reduce(score)
         score *= -0.5 * self._span
         weights = np.exp(score, out=score)
         weights /= np.add.reduce(weights)
-        self._weights = weights
+        return weights
 
     def _compiled_step(
         self, kernels: Kernels, steady: SteadyGains, dt: float, position: Array,
@@ -151,19 +151,21 @@ class SteadySteps:
         if old is None:
             old = np.empty((ROWS, *self.weights.shape))
             old[4:8], old[10], old[11] = self._x, self._noise, self._velocity_noise
-        self._record = new = np.empty_like(old)
-        self.mean = mean = np.empty((4, self.n_joints))
-        forget = 1.0 - math.exp(-dt / self.window)
-        self._span = span = (1.0 - forget) * self._span + 1.0
+            old[12] = self._weights
+        self._record = new = np.empty(old.shape)
+        self.state = state = np.empty((4, self.n_joints))
+        keep = math.exp(-dt / self.window)
+        self._span = span = keep * self._span + 1.0
+        self._unweighed_time += dt
+        if self._unweighed_time < REWEIGH:
+            span = 0.0
+        else:
+            self._unweighed_time = 0.0
         kernels.steady_step(
-            old, new, mean, steady.table, steady.velocity_table, position,
-            position if velocity is None else velocity * TIME_UNIT, dt / TIME_UNIT, forget, span,
-            FLOOR)
+            old, new, state, steady.table, steady.velocity_table, position,
+            position if velocity is None else velocity, dt / TIME_UNIT, 1.0 - keep, span,
+            TIME_UNIT)
         if not self.remember:
             return None
-        _, _, covariance, of_position, of_velocity = steady.step
-        return Step(
-            dt, new[:4], covariance,
-            Innovation(of_position.gain, of_position.precision, new[8]),
-            None if of_velocity is None else Innovation(
-                of_velocity.gain, of_velocity.precision, new[9]))
+        return steady.repeated(
+            dt, new[:4], new[8], None if steady.step.velocity is None else new[9])

@@ -102,10 +102,9 @@ class VelocityTrust:
         """
         if velocity is None:
             return None, None
-        velocity = velocity.copy()
         whole = math.hypot(*velocity.tolist()) < LARGEST
         if not whole:
-            velocity[~(np.abs(velocity) < LARGEST)] = np.nan
+            velocity = np.where(np.abs(velocity) < LARGEST, velocity, np.nan)
         samples = self._samples
         if samples and stamp - samples[-1][0] > PAUSE:
             samples.clear()
