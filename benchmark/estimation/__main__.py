@@ -7,11 +7,11 @@ from __future__ import annotations
 import argparse
 import json
 from pathlib import Path
-from time import perf_counter
 
 from benchmark.estimation.candidates import (
     BEST_CUTOFF, CUTOFFS, ONLINE, run_online, run_smoother, run_usual, SMOOTHER, USUAL)
 from benchmark.estimation.conditions import CONDITIONS, record
+from benchmark.estimation.cost import table as cost_table, yardstick
 from benchmark.estimation.motions import KINDS
 from benchmark.estimation.score import score, summary
 import numpy as np
@@ -34,18 +34,6 @@ def evaluate(kind: str, name: str, seed: int, candidates: list[str]) -> dict[str
         elif candidate != USUAL:
             scores[candidate] = score(recording, run_online(candidate, recording))
     return scores
-
-
-def reference_cost() -> float:
-    """Return the time of numpy.add on two 7-vectors, us: the yardstick for the costs."""
-    a, b = np.ones(7), np.ones(7)
-    times = []
-    for _ in range(7):
-        begin = perf_counter()
-        for _ in range(2000):
-            np.add(a, b)
-        times.append((perf_counter() - begin) / 2000)
-    return 1e6 * float(np.median(times))
 
 
 def table(summaries: dict[str, dict], add: float) -> Table:
@@ -76,7 +64,12 @@ def main() -> None:
                         default=names, help=f'of: {", ".join(names)}')
     parser.add_argument('--json', type=Path, help='file for all scores')
     parser.add_argument('--pictures', type=Path, metavar='DIR', help='where to draw pictures')
+    parser.add_argument('--cost', action='store_true',
+                        help='only measure what one update costs, beside numpy.add')
     options = parser.parse_args()
+    if options.cost:
+        Console(width=100).print(cost_table())
+        return
     tasks = [(seed, name, kind) for seed in options.seeds
              for name in options.conditions for kind in options.motions]
     cells = []
@@ -85,7 +78,7 @@ def main() -> None:
                       'scores': evaluate(kind, name, seed, options.estimators)})
     chosen = dict.fromkeys([USUAL, *options.estimators])
     summaries = {name: summary(cells, name) for name in chosen}
-    add = reference_cost()
+    add = float(np.median([yardstick(2000) for _ in range(7)]))
     console = Console()
     if not console.is_terminal:
         console = Console(width=150)

@@ -9,6 +9,8 @@ from importlib.util import find_spec
 import math
 from typing import Any, NamedTuple
 
+import numpy as np
+
 ROWS = 13
 """Rows of a bank's record: 0-3 predicted states, 4-7 states, 8 innovation of the position, 9 of
 the velocity, 10 and 11 the mean squares of the two, 12 the weights."""
@@ -23,6 +25,7 @@ class Kernels(NamedTuple):
     steady_step: Any
     weighted_mean: Any
     add_correction: Any
+    roughness: Any
 
 
 _ready: list[Kernels] = []
@@ -102,12 +105,12 @@ def _define(cache: bool) -> Kernels:
                 new[8, m, j] = position[j] - new[0, m, j]
         for i in range(size):
             e = y[8, i]
-            for k in range(4):
-                y[4 + k, i] = y[k, i] + gains[k, i] * e
-            y[9, i] = 0.0
+            y[4, i] = y[0, i] + gains[0, i] * e
+            y[5, i] = y[1, i] + gains[1, i] * e
+            y[6, i] = y[2, i] + gains[2, i] * e
+            y[7, i] = y[3, i] + gains[3, i] * e
             y[10, i] = keep * x[10, i] + forget * gains[4, i] * e * e
-            y[11, i] = x[11, i]
-            y[12, i] = x[12, i]
+        y[11:] = x[11:]
         if velocity_table.shape[0]:
             gains = velocity_table.reshape((6, size))
             for m in range(filters):
@@ -115,23 +118,23 @@ def _define(cache: bool) -> Kernels:
                     new[9, m, j] = velocity[j] * unit - new[5, m, j]
             for i in range(size):
                 e = y[9, i]
-                for k in range(4):
-                    y[4 + k, i] += gains[k, i] * e
+                y[4, i] += gains[0, i] * e
+                y[5, i] += gains[1, i] * e
+                y[6, i] += gains[2, i] * e
+                y[7, i] += gains[3, i] * e
                 y[11, i] = keep * x[11, i] + forget * gains[4, i] * e * e
         if span > 0.0:
             weigh(new, table, velocity_table, span)
         for j in range(joints):
-            for k in range(4):
-                state[k, j] = 0.0
-        for k in range(4):
+            a0, a1, a2, a3 = 0.0, 0.0, 0.0, 0.0
             for m in range(filters):
-                for j in range(joints):
-                    state[k, j] += new[12, m, j] * new[4 + k, m, j]
-        scale = 1.0
-        for k in range(1, 4):
-            scale *= k / unit
-            for j in range(joints):
-                state[k, j] *= scale
+                w = new[12, m, j]
+                a0 += w * new[4, m, j]
+                a1 += w * new[5, m, j]
+                a2 += w * new[6, m, j]
+                a3 += w * new[7, m, j]
+            state[0, j], state[1, j] = a0, a1 / unit
+            state[2, j], state[3, j] = a2 * 2.0 / unit**2, a3 * 6.0 / unit**3
 
     @njit(cache=cache, error_model='numpy', fastmath={'reassoc', 'contract'})
     def weighted_mean(mean, weights, state):  # type: ignore[no-untyped-def]
@@ -165,4 +168,35 @@ def _define(cache: bool) -> Kernels:
             mean[2, j] += a2
             mean[3, j] += a3
 
-    return Kernels(steady_step, weighted_mean, add_correction)
+    @njit(cache=cache, error_model='numpy')
+    def roughness(stamps, positions):  # type: ignore[no-untyped-def]
+        """Do what `sampling_clock.roughness` does."""
+        samples, joints = positions.shape
+        moving = 0
+        for j in range(joints):
+            for i in range(1, samples):
+                if positions[i, j] != positions[0, j]:
+                    moving += 1
+                    break
+        c = np.empty(5)
+        noise = np.zeros(2)
+        for s in range(2):
+            for w in range(samples - 4):
+                norm = 0.0
+                for i in range(5):
+                    product = 1.0
+                    for k in range(5):
+                        if k != i:
+                            product *= stamps[s, w + i] - stamps[s, w + k]
+                    c[i] = 1.0 / product
+                    norm += c[i] * c[i]
+                for j in range(joints):
+                    d = 0.0
+                    for i in range(1, 5):
+                        d += c[i] * (positions[w + i, j] - positions[w, j])
+                    noise[s] += d * d / norm
+        if moving:
+            noise /= moving * (samples - 4)
+        return noise, moving
+
+    return Kernels(steady_step, weighted_mean, add_correction, roughness)

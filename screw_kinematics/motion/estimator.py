@@ -18,7 +18,7 @@ from screw_kinematics.motion.guarded_estimator import GuardedEstimator
 from screw_kinematics.motion.joint_motion import Array, JointMotion
 from screw_kinematics.motion.mixture import mixture_covariance
 from screw_kinematics.motion.pace import Pace
-from screw_kinematics.motion.sampling_clock import SamplingClock
+from screw_kinematics.motion.sampling_clock import roughness, SamplingClock
 from screw_kinematics.motion.steady_steps import Snapshot
 from screw_kinematics.motion.velocity_trust import VelocityTrust
 from screw_kinematics.motion.wiener_process import SCALE, transition
@@ -72,10 +72,10 @@ class MotionEstimator(GuardedEstimator):
         self._bank = self._make_bank(window)
         self._lag = FixedLag(self.delay) if self.delay > 0 else None
         self._bank.remember = self._lag is not None
+        self._clock = SamplingClock() if regularise else None
         self._use(ready())
         self._pace = Pace()
         self._count = 0
-        self._clock = SamplingClock() if regularise else None
         self._trust = VelocityTrust(n_joints) if velocity == 'auto' else None
 
     def _make_bank(self, window: float) -> FilterBank:
@@ -147,6 +147,8 @@ class MotionEstimator(GuardedEstimator):
         self._bank.kernels = kernels
         if self._lag is not None:
             self._lag.kernels = kernels
+        if self._clock is not None:
+            self._clock.roughness = roughness if kernels is None else kernels.roughness
 
     def _exercise(self) -> None:
         """Run on made-up samples, so that the compiled functions are ready for the real ones."""

@@ -60,7 +60,7 @@ class Pace:
         deviation = change / period
         if deviation < 0.0:
             deviation = -deviation
-        self._deviation += (deviation - self._deviation) / min(count, MEMORY)
+        self._deviation += (deviation - self._deviation) / (count if count < MEMORY else MEMORY)
         if count < 16 or self._deviation > IRREGULAR or period > SHORT:
             self.reference = 0.0
         elif not (1 - DRIFT) * period < self.reference < (1 + DRIFT) * period:

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Callable
 import math
 
 import numpy as np
@@ -41,10 +42,13 @@ class SamplingClock:
     ----------
     regularised:
         Whether the ticks replace the stamps.
+    roughness:
+        The function of that name, or its compiled twin.
 
     """
 
     def __init__(self) -> None:
+        self.roughness: Callable[[Array, Array], tuple[Array, int]] = roughness
         self.start()
 
     def start(self) -> None:
@@ -116,19 +120,37 @@ class SamplingClock:
 
     def _judge(self) -> None:
         given, ticks, positions = zip(*self._samples)
-        q = np.array(positions)
-        q -= q[0]
-        moving = int(q.any(axis=0).sum())
+        noise, moving = self.roughness(np.array((given, ticks)), np.array(positions))
         if not moving:
             return
-        # As one product, with the differences' coefficients as the bands of two matrices.
-        bands = np.zeros((2, BLOCK, BLOCK + 4))
-        bands[:, _ROW, _COLUMN] = divided_difference(np.array((given, ticks))[:, _COLUMN])
-        differences = bands.reshape(-1, BLOCK + 4).dot(q).reshape(2, -1)
-        noise = (differences * differences).sum(axis=1) / (BLOCK * moving)
         self._blocks += 1
         gain = max(0.04, 1.0 / self._blocks)
         self._noise += gain * (noise - self._noise)
         if self._blocks >= 8:
             limit = ABANDON if self.regularised else ADOPT
             self.regularised = bool(self._noise[1] < limit * self._noise[0])
+
+
+def roughness(stamps: Array, positions: Array) -> tuple[Array, int]:
+    """
+    Return the mean squares of the positions' fourth differences against two kinds of stamps.
+
+    Parameters
+    ----------
+    stamps: shape (2, BLOCK + 4)
+        Two stamps of each sample, s.
+    positions: shape (BLOCK + 4, n)
+        Of n joints.
+
+    Returns
+    -------
+    The mean squares over the joints that move, shape (2,), and the number of these.
+
+    """
+    q = positions - positions[0]
+    moving = int(np.count_nonzero(q.any(axis=0)))
+    # As one product, with the differences' coefficients as the bands of two matrices.
+    bands = np.zeros((2, BLOCK, BLOCK + 4))
+    bands[:, _ROW, _COLUMN] = divided_difference(stamps[:, _COLUMN])
+    differences = bands.reshape(-1, BLOCK + 4).dot(q).reshape(2, -1)
+    return (differences * differences).sum(axis=1) / (BLOCK * max(moving, 1)), moving

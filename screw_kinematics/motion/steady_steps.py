@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 import math
 
 import numpy as np
@@ -18,6 +19,10 @@ REWEIGH = 4e-3
 """Time between renewals of the weights while the gains are kept, s; a part of their memory."""
 
 Snapshot = Callable[[], 'tuple[Array, Array, Array, Array]']
+
+
+def _of_record(record: Array, p: Array) -> tuple[Array, Array, Array, Array]:
+    return record[12], record[10], record[4:8], p
 
 
 class SteadySteps:
@@ -79,7 +84,7 @@ class SteadySteps:
         """
         record, p = self._record, self.p
         if record is not None:
-            return lambda: (record[12], record[10], record[4:8], p)
+            return partial(_of_record, record, p)
         parts = self._weights, self._noise, self._x, p
         return lambda: parts
 
@@ -103,7 +108,9 @@ class SteadySteps:
             self._reweigh_steady(steady)
         if self.remember:
             return steady.repeated(dt, predicted, error, velocity_error)
-        self.state = (self._weights * x).sum(axis=1) * self._physical
+        # As one product for each joint: faster than the sum over the middle one of three axes.
+        mean = np.matmul(self._weights.T[:, None], x.T)[:, 0].T
+        self.state = mean * self._physical
         return None
 
     def _reweigh_steady(self, steady: SteadyGains) -> None:
