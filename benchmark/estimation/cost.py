@@ -83,7 +83,7 @@ def measure(joints: int, delay: float, velocity: bool, compiled: bool, chunks: i
 
 def table(chunks: int = 60) -> Table:
     """Measure all cases; return them as a table."""
-    shown = Table(title='one update at 1 kHz, regular stamps (CPU time, fastest tenth of the runs)')
+    shown = Table(title='one update at 1 kHz, regular stamps (CPU time, fastest tenth of runs)')
     for heading in ('joints', 'samples', 'with', 'us', 'np.add us', 'update / np.add'):
         shown.add_column(heading, justify='left' if heading in ('samples', 'with') else 'right')
     for name, joints, delay, velocity in CASES:

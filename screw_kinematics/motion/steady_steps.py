@@ -121,7 +121,8 @@ class SteadySteps:
             kept = math.exp(-dt / self.window)
             shares.append((1.0 - kept) * share)
             share *= kept
-            self._span = kept * self._span + 1.0
+        for dt, _, _ in steps:
+            self._span = math.exp(-dt / self.window) * self._span + 1.0
         of_steps = np.array(shares[::-1])
 
         def mean(old: Array, errors: Array, precision: Array) -> Array:
