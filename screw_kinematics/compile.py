@@ -11,6 +11,7 @@ import numpy as np
 from .body_state import BodyState
 from .errors import InvalidValueError, UnknownNameError
 from .inward import tip_motion
+from .poles import FRAMES
 from .program import Program
 from .se3 import Array, rotate
 from .states import reduced_from_classical
@@ -23,9 +24,6 @@ if TYPE_CHECKING:
 ORDERS = {'pose': 0, 'jacobian': 0, 'twist': 1, 'accel': 2, 'reduced_accel': 2, 'jerk': 3,
           'reduced_jerk': 3, 'snap': 4, 'reduced_snap': 4}
 """Outputs, and the highest derivative of the joint positions that each needs."""
-
-FRAMES = ('base', 'tip')
-
 
 def compile_chain(chain: SerialChain, outputs: Iterable[str] = ('pose', 'twist', 'accel'),
                   backend: str = 'auto', axes: str = 'base', pole: str = 'tip') -> Program:
@@ -107,9 +105,8 @@ def trace_chain(chain: SerialChain, outputs: Iterable[str], order: int, axes: st
 
 def _jacobian(chain: SerialChain, q: Array, pose: Array, axes: str, pole: str) -> Array:
     """Return d twist / d qd of the measured joints, shape (6, dof)."""
-    jacobian = np.zeros((6, chain.dof), dtype=object)
-    for joint, screw in zip(chain.joints, chain.screws(q, pole)):
-        column = rotate(pose[:3, :3].T, screw) if axes == 'tip' else screw
-        multiplier = 1 if joint.mimic is None else joint.mimic.multiplier
-        jacobian[:, chain.joint_names.index(joint.source)] += multiplier * column
-    return jacobian
+    jacobian = chain.jacobian(q, pole)
+    if axes == 'base' or not chain.dof:
+        return jacobian
+    # By the pose that is computed anyway, which chain.jacobian does not know.
+    return np.stack([rotate(pose[:3, :3].T, column) for column in jacobian.T], axis=-1)
