@@ -21,9 +21,8 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import QoSProfile
 from rich.console import Console
 from rich.table import Table
-from sensor_msgs.msg import JointState
-
 from screw_kinematics import models
+from sensor_msgs.msg import JointState
 
 PERIOD_NS, ENCODER_STEP, VELOCITY_NOISE = 2_000_000, 1e-5, 1e-3
 BEGIN_NS = 1_700_000_000 * 10**9
