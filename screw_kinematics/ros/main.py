@@ -19,6 +19,10 @@ from ..errors import InvalidValueError, ScrewKinematicsError
 
 NAME = 'kinematic_state_publisher'
 
+SWITCH_INTERVAL = 2e-4
+"""Longest time [s] for which a thread that compiles keeps others waiting; Python's own, 5 ms for
+each message, would fill the queue of the joint states."""
+
 EXAMPLES = f"""
 examples:
   ros2 run screw_kinematics {NAME} --ros-args --params-file FILE.yaml
@@ -56,6 +60,7 @@ def run(args: list[str], stop: StopRequest) -> None:
         It cannot start as asked.
 
     """
+    sys.setswitchinterval(SWITCH_INTERVAL)
     # Imported here, since it takes a while in which a signal may come, too.
     import rclpy
     from rclpy.exceptions import ParameterException
