@@ -2,13 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Joint samples in, joint motion out: position, velocity, acceleration, jerk."""
 
-from screw_kinematics.motion.estimator import FixedKalmanFilter, MotionEstimator
-from screw_kinematics.motion.factory import ESTIMATORS, make_estimator
-from screw_kinematics.motion.finite_differences import FiniteDifferences
-from screw_kinematics.motion.guarded_estimator import GuardedEstimator
-from screw_kinematics.motion.joint_motion import JointMotion, RateEstimator
-from screw_kinematics.motion.savitzky_golay import SavitzkyGolay
-from screw_kinematics.motion.smoother import smooth, SmoothedMotion
+from .estimator import FixedKalmanFilter, MotionEstimator
+from .factory import ESTIMATORS, make_estimator
+from .finite_differences import FiniteDifferences
+from .guarded_estimator import GuardedEstimator
+from .joint_motion import JointMotion, RateEstimator
+from .savitzky_golay import SavitzkyGolay
+from .smoother import smooth, SmoothedMotion
 
 __all__ = [
     'ESTIMATORS', 'FiniteDifferences', 'FixedKalmanFilter', 'GuardedEstimator', 'JointMotion',

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from screw_kinematics.motion.joint_motion import Array
+from .joint_motion import Array
 
 _DIAGONAL = np.eye(5)
 

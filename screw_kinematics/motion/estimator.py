@@ -10,18 +10,18 @@ from typing import Any
 
 import numpy as np
 
-from screw_kinematics.errors import InvalidValueError
-from screw_kinematics.motion.compiled import announce, Kernels, load, ready
-from screw_kinematics.motion.filter_bank import BANDWIDTHS, FilterBank
-from screw_kinematics.motion.fixed_lag import FixedLag, Parts
-from screw_kinematics.motion.guarded_estimator import GuardedEstimator
-from screw_kinematics.motion.joint_motion import Array, JointMotion
-from screw_kinematics.motion.mixture import mixture_covariance
-from screw_kinematics.motion.pace import Pace
-from screw_kinematics.motion.sampling_clock import roughness, SamplingClock
-from screw_kinematics.motion.steady_steps import Snapshot
-from screw_kinematics.motion.velocity_trust import VelocityTrust
-from screw_kinematics.motion.wiener_process import SCALE, transition
+from .compiled import announce, Kernels, load, ready
+from .filter_bank import BANDWIDTHS, FilterBank
+from .fixed_lag import FixedLag, Parts
+from .guarded_estimator import GuardedEstimator
+from .joint_motion import Array, JointMotion
+from .mixture import mixture_covariance
+from .pace import Pace
+from .sampling_clock import roughness, SamplingClock
+from .steady_steps import Snapshot
+from .velocity_trust import VelocityTrust
+from .wiener_process import SCALE, transition
+from ..errors import InvalidValueError
 
 PHYSICAL = 1.0 / SCALE[:, None]
 """Physical state = scaled state * PHYSICAL."""

@@ -6,11 +6,11 @@ from __future__ import annotations
 
 from typing import Any
 
-from screw_kinematics.errors import UnknownNameError
-from screw_kinematics.motion.estimator import FixedKalmanFilter, MotionEstimator
-from screw_kinematics.motion.finite_differences import FiniteDifferences
-from screw_kinematics.motion.guarded_estimator import GuardedEstimator
-from screw_kinematics.motion.savitzky_golay import SavitzkyGolay
+from .estimator import FixedKalmanFilter, MotionEstimator
+from .finite_differences import FiniteDifferences
+from .guarded_estimator import GuardedEstimator
+from .savitzky_golay import SavitzkyGolay
+from ..errors import UnknownNameError
 
 ESTIMATORS: dict[str, type[GuardedEstimator]] = {
     'bank': MotionEstimator,

@@ -9,11 +9,11 @@ import math
 
 import numpy as np
 
-from screw_kinematics.motion.compiled import FLOOR
-from screw_kinematics.motion.filter_step import Innovation, SteadyGains, Step
-from screw_kinematics.motion.joint_motion import Array
-from screw_kinematics.motion.steady_steps import SteadySteps
-from screw_kinematics.motion.wiener_process import process_noise, SCALE, TIME_UNIT, transition
+from .compiled import FLOOR
+from .filter_step import Innovation, SteadyGains, Step
+from .joint_motion import Array
+from .steady_steps import SteadySteps
+from .wiener_process import process_noise, SCALE, TIME_UNIT, transition
 
 BANDWIDTHS = {4: tuple(1.5 * 1.6**k for k in range(12)), 3: (30.0, 60.0, 120.0)}
 """Bandwidths of the filters by order of their motion model, Hz."""

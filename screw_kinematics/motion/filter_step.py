@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from screw_kinematics.motion.joint_motion import Array
+from .joint_motion import Array
 
 
 class Innovation(NamedTuple):

@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from screw_kinematics.errors import InvalidValueError
-from screw_kinematics.motion.guarded_estimator import GuardedEstimator
-from screw_kinematics.motion.joint_motion import Array, JointMotion
+from .guarded_estimator import GuardedEstimator
+from .joint_motion import Array, JointMotion
+from ..errors import InvalidValueError
 
 
 class FiniteDifferences(GuardedEstimator):

@@ -9,10 +9,10 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from screw_kinematics.motion.compiled import Kernels
-from screw_kinematics.motion.filter_step import Innovation, SteadyGains, Step
-from screw_kinematics.motion.joint_motion import Array
-from screw_kinematics.motion.wiener_process import transition
+from .compiled import Kernels
+from .filter_step import Innovation, SteadyGains, Step
+from .joint_motion import Array
+from .wiener_process import transition
 
 
 class Taps:

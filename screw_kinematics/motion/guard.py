@@ -10,8 +10,8 @@ import math
 
 import numpy as np
 
-from screw_kinematics.errors import InvalidValueError
-from screw_kinematics.motion.joint_motion import Array
+from .joint_motion import Array
+from ..errors import InvalidValueError
 
 START = 0.0
 """Returned by `SampleGuard.admit` for the first sample of a run."""

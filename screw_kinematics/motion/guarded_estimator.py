@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from screw_kinematics.errors import InvalidValueError
-from screw_kinematics.motion.guard import SampleGuard
-from screw_kinematics.motion.joint_motion import Array, JointMotion
+from .guard import SampleGuard
+from .joint_motion import Array, JointMotion
+from ..errors import InvalidValueError
 
 ESTIMATE = 'estimate'
 WARMING_UP = 'warming up'

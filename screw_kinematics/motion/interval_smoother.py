@@ -9,10 +9,10 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from screw_kinematics.motion.compiled import FLOOR
-from screw_kinematics.motion.filter_bank import DENSITY_CAP, PRIOR_DEVIATION
-from screw_kinematics.motion.joint_motion import Array
-from screw_kinematics.motion.wiener_process import NOISE_TERMS, SCALE, TIME_UNIT
+from .compiled import FLOOR
+from .filter_bank import DENSITY_CAP, PRIOR_DEVIATION
+from .joint_motion import Array
+from .wiener_process import NOISE_TERMS, SCALE, TIME_UNIT
 
 BANDWIDTHS = 1.5 * 1.8 ** np.arange(9)
 """Bandwidths of the filters, Hz; smoothing asks less of them than filtering."""

@@ -6,8 +6,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from screw_kinematics.motion.joint_motion import Array
-from screw_kinematics.motion.wiener_process import SCALE
+from .joint_motion import Array
+from .wiener_process import SCALE
 
 
 def mixture_covariance(

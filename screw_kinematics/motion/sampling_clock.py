@@ -10,8 +10,8 @@ import math
 
 import numpy as np
 
-from screw_kinematics.motion.divided_difference import divided_difference
-from screw_kinematics.motion.joint_motion import Array
+from .divided_difference import divided_difference
+from .joint_motion import Array
 
 LOCK_SAMPLES = 40
 """Samples from which period and phase are first taken."""

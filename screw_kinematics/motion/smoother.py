@@ -9,12 +9,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from screw_kinematics.errors import InvalidValueError, ShapeError
-from screw_kinematics.motion.guard import REFUSED, SampleGuard, START
-from screw_kinematics.motion.interval_smoother import smooth_batch
-from screw_kinematics.motion.joint_motion import Array
-from screw_kinematics.motion.sampling_clock import SamplingClock
-from screw_kinematics.motion.velocity_trust import VelocityTrust
+from .guard import REFUSED, SampleGuard, START
+from .interval_smoother import smooth_batch
+from .joint_motion import Array
+from .sampling_clock import SamplingClock
+from .velocity_trust import VelocityTrust
+from ..errors import InvalidValueError, ShapeError
 
 OVERLAP = 0.4
 """How far a piece of a long run reaches into its neighbours, s; the filters remember less."""

@@ -10,10 +10,10 @@ import math
 
 import numpy as np
 
-from screw_kinematics.motion.compiled import FLOOR, Kernels, ROWS
-from screw_kinematics.motion.filter_step import SteadyGains, Step
-from screw_kinematics.motion.joint_motion import Array
-from screw_kinematics.motion.wiener_process import SCALE, TIME_UNIT, transition
+from .compiled import FLOOR, Kernels, ROWS
+from .filter_step import SteadyGains, Step
+from .joint_motion import Array
+from .wiener_process import SCALE, TIME_UNIT, transition
 
 REWEIGH = 4e-3
 """Time between renewals of the weights while the gains are kept, s; a part of their memory."""

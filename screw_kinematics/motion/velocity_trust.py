@@ -11,9 +11,9 @@ import math
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
-from screw_kinematics.motion.divided_difference import divided_difference
-from screw_kinematics.motion.joint_motion import Array
-from screw_kinematics.motion.wiener_process import TIME_UNIT
+from .divided_difference import divided_difference
+from .joint_motion import Array
+from .wiener_process import TIME_UNIT
 
 NOISE_MEMORY = 0.5
 """Memory of the noise estimates, s."""

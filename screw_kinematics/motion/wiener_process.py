@@ -21,7 +21,7 @@ from math import factorial
 
 import numpy as np
 
-from screw_kinematics.motion.joint_motion import Array
+from .joint_motion import Array
 
 TIME_UNIT = 0.02
 """The time unit T of scaled states, s."""
