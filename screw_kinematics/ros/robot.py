@@ -18,6 +18,7 @@ from ..errors import ModelError, ScrewKinematicsError
 from ..pipeline import RobotPipeline
 
 NO_MODEL = 'no_model_yet'
+INTERNAL_ERROR = 'internal_error'
 
 
 class Robot:
@@ -64,10 +65,18 @@ class Robot:
             self.account.received += 1
             self.account.refused[NO_MODEL] += 1
             return
-        values = pipeline.take(stamp_ns, names, position, velocity)
-        if values is not None:
-            for send in self.topics.sends:
-                send(pipeline.stamp_ns, values)
+        values = None
+        try:
+            values = pipeline.take(stamp_ns, names, position, velocity)
+            if values is not None:
+                for send in self.topics.sends:
+                    send(pipeline.stamp_ns, values)
+        except Exception as error:      # a fault of one robot must not end the others
+            if values is None:
+                self.account.refused[INTERNAL_ERROR] += 1
+            pipeline.last_error = repr(error)
+            pipeline.reset()            # what was half done is not to be built on
+            self._log.error(f'{self.name}: {error!r}', throttle_duration_sec=5.0)
 
     def load_given(self) -> None:
         """Load the model of the ``description`` parameter; raise ScrewKinematicsError."""

@@ -112,5 +112,6 @@ def _signal_group(process: subprocess.Popen[bytes], number: signal.Signals) -> N
 
 def _last_lines(output: IO[bytes], count: int = 5) -> str:
     output.seek(0)
-    lines = output.read().decode(errors='replace').strip().splitlines()
+    lines = [line for line in output.read().decode(errors='replace').strip().splitlines()
+             if not line.startswith('[INFO]')]      # of how it began, not why it ended
     return ' | '.join(line.strip() for line in lines[-count:]) or 'no output'
