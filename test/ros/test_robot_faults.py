@@ -12,7 +12,7 @@ from screw_kinematics.ros.robot import Robot
 class Defective:
     """A program with a defect."""
 
-    order, inputs = 0, 6
+    order, inputs, backend = 0, 6, 'python'
 
     @staticmethod
     def evaluate(values):
@@ -22,6 +22,7 @@ class Defective:
 def test_a_defect_is_a_counted_refusal(context):
     node = rclpy.create_node('faults', context=context)
     parameters = NodeParameters(node)
+    parameters.declare_robot('arm')
     robot = Robot(node, parameters.robot_settings('arm', {'arm.description': PUMA}),
                   Background())
     robot.load_given()
