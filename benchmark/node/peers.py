@@ -13,6 +13,7 @@ from geometry_msgs.msg import AccelStamped, TwistStamped
 import rclpy
 from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
+from screw_kinematics.ros import middleware
 from sensor_msgs.msg import JointState
 
 from .robot import BASE, JOINTS, TIP, URDF
@@ -77,7 +78,7 @@ def publish_both(node: Node, robot: str, compute) -> None:
 
 
 def raw_relay(node: Node, robot: str) -> None:
-    """Copy the stamp from bytes to bytes: the floor for any node in Python."""
+    """Copy the stamp from bytes to bytes, with our middleware settings: the floor in Python."""
     twist_publisher = node.create_publisher(TwistStamped, f'{robot}/twist', 10)
     accel_publisher = node.create_publisher(AccelStamped, f'{robot}/accel', 10)
     head, rest = b'\0\1\0\0', b'\1\0\0\0\0\0\0\0' + bytes(6 * 8)
@@ -96,6 +97,8 @@ KINDS = {'relay': relay, 'pinocchio': pinocchio, 'numpy': numpy, 'raw_relay': ra
 def main() -> None:
     """Run one kind of node for some robots."""
     kind, robots = sys.argv[1], int(sys.argv[2])
+    if kind == 'raw_relay':
+        middleware.settle()
     rclpy.init()
     node = rclpy.create_node(kind)
     for i in range(robots):

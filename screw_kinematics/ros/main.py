@@ -66,11 +66,13 @@ def run(args: list[str], stop: StopRequest) -> None:
     from rclpy.exceptions import ParameterException
     from rclpy.signals import SignalHandlerOptions
     from rclpy.utilities import remove_ros_args
+    from . import middleware
     from .executor import make_executor, spin
     from .node import KinematicStatePublisher
 
     try:
         check_arguments(remove_ros_args(args)[1:])
+        middleware.settle()
         rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
     except RuntimeError as error:
         # Without the places in the middleware's own source code.
