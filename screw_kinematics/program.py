@@ -193,6 +193,9 @@ class Program:
         """Compile now what would otherwise be compiled on the first call."""
         self._backend.warm_up()
 
+    def continue_from(self, before: Program) -> None:
+        """Do nothing: samples of an open chain are independent; see ParallelProgram."""
+
     def _results(self, n_samples: int, out: Array | None) -> Array:
         """Return the array that the results of a batch go to."""
         shape = (n_samples, len(self.line.outputs))

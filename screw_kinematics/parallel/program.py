@@ -4,18 +4,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from typing import Any, TYPE_CHECKING
 
 import numpy as np
 
-from .closed_posture import ClosedPosture
+from .closed_posture import closed_posture, ClosedPosture
 from .continuation import follow
 from .limbs import Limbs
-from .newton import MAX_ITERATIONS
+from .newton import close_loops, MAX_ITERATIONS
 from .outputs import ORDERS, output_sizes, trace_outputs
 from .rates import platform_states
 from ..compile import checked_outputs
-from ..errors import InvalidValueError, ScrewKinematicsError
+from ..errors import ClosureError, InvalidValueError, ScrewKinematicsError
 from ..program import Program
 from ..se3 import Array
 
@@ -79,6 +80,26 @@ class ParallelProgram(Program):
         self.posture = self._home
         self.passive_rates: list[Array] = []
         self._failures = 0
+
+    def continue_from(self, before: Program) -> None:
+        """
+        Go on from the last good posture of the program that this one replaces.
+
+        Parameters
+        ----------
+        before : Program
+            Of the same robot, perhaps with another tool. One of other joints, or whose
+            last posture is none of this robot, is ignored.
+
+        """
+        if not isinstance(before, ParallelProgram) or (
+                before._limbs.joint_names != self._limbs.joint_names):
+            return
+        posture = before.posture
+        solution = close_loops(self._limbs, posture.joints, self._home.system.ranks)
+        with suppress(ClosureError):
+            self.posture = closed_posture(
+                self._limbs, solution, posture.working_mode, self._closed)
 
     def report(self) -> dict[str, float]:
         """

@@ -49,6 +49,7 @@ class Robot:
         self.topics.offer(settings)
         self._description: str | None = None
         self._programs: dict[tuple[str, ...], Any] = {}
+        self._last_program: Any = None
         # Results of background work count only if nothing newer was begun.
         self._latest_load = self._latest_compilation = 0
 
@@ -225,5 +226,8 @@ class Robot:
             self.pipeline.want(None)
             return
         program = self._programs[needs]
+        if self._last_program is not None:      # postures of parallel robots go on
+            program.continue_from(self._last_program)
+        self._last_program = program
         self.pipeline.want(program, covariance=self.topics.needs_variances)
         self.topics.use(program.slices, self.model, self.settings, self.pipeline.variances)
