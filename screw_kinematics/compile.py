@@ -10,12 +10,12 @@ import numpy as np
 
 from .body_state import BodyState
 from .errors import InvalidValueError, UnknownNameError
-from .inward import tip_motion
 from .poles import FRAMES
 from .program import Program
 from .se3 import Array, rotate
 from .states import reduced_from_classical
 from .straight_line import StraightLine
+from .tip_to_base import tip_motion
 from .trace import Graph, straight_line
 
 if TYPE_CHECKING:

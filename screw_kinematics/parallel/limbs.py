@@ -12,10 +12,10 @@ from .structure import LimbScrews
 from ..backends import Backend, make_backend
 from ..chain import SerialChain
 from ..errors import InvalidValueError
-from ..inward import tip_motion
 from ..program import motion_names
 from ..se3 import Array
 from ..states import reduced_from_classical
+from ..tip_to_base import tip_motion
 from ..trace import Graph, straight_line
 
 LARGEST = 1e100

@@ -24,7 +24,7 @@ from .params_file import read_robots, robot_settings
 from .recorded_robots import full_name, JOINT_STATE, recorded_robots, RecordedRobot
 from .recording import Recording
 from .robot_states import LEFT_OUT, RobotStates, StateBlock
-from .stages import Stages
+from .stage_times import StageTimes
 from .state_messages import SIZES
 from .state_writers import make_writer, StateWriter, values_of
 from ..errors import ParameterError
@@ -73,7 +73,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 def _bag(arguments: argparse.Namespace) -> int:
     if arguments.output is None and not arguments.compare:
         raise ParameterError('output', None, 'a path, or --compare')
-    stages = Stages()
+    stages = StageTimes()
     recording = Recording(arguments.bag)
     with Smoothing(arguments.processes) as smoothing:
         robots = recorded_robots(recording, _settings(arguments), arguments.namespace,
@@ -85,7 +85,7 @@ def _bag(arguments: argparse.Namespace) -> int:
 
 
 def _run(arguments: argparse.Namespace, recording: Recording,
-         robots: Sequence[RecordedRobot], stages: Stages) -> Differences:
+         robots: Sequence[RecordedRobot], stages: StageTimes) -> Differences:
     """Make the states, and whatever is asked to be made of them."""
     differences = {full_name(arguments.namespace, f'{robot.states.settings.name}/{output}'):
                    (robot.states, Difference(output))
@@ -111,7 +111,7 @@ def _settings(arguments: argparse.Namespace) -> list[RobotSettings]:
 
 
 def _process(recording: Recording, robots: Sequence[RecordedRobot], differences: Differences,
-             writer: StateWriter | None, stages: Stages) -> None:
+             writer: StateWriter | None, stages: StageTimes) -> None:
     """Read, compute, write and compare, some thousand messages at a time."""
     kinds = {JOINT_STATE} | {KINDS[d.output].type_name for _, d in differences.values()}
 

@@ -9,7 +9,7 @@ from typing import Any
 from .block_smoothing import Smoothing
 from .recording import Message, Recording
 from .robot_states import RobotStates, StateBlock
-from .stages import Stages
+from .stage_times import StageTimes
 from ..errors import MalformedMessageError, ToolError
 from ..ros.cdr import JointSample, JointStateDecoder
 from ..ros.robot_model import build_model
@@ -29,12 +29,12 @@ class RecordedRobot:
         What is made of its samples.
     topics : sequence of str
         Full names of its topics of joint states.
-    stages : Stages
+    stages : StageTimes
         Gets the time spent.
 
     """
 
-    def __init__(self, states: RobotStates, topics: Sequence[str], stages: Stages) -> None:
+    def __init__(self, states: RobotStates, topics: Sequence[str], stages: StageTimes) -> None:
         self.states = states
         self.topics = tuple(topics)
         self._decode = JointStateDecoder().decode
@@ -57,7 +57,7 @@ class RecordedRobot:
 
 
 def recorded_robots(recording: Recording, settings: Sequence[RobotSettings], namespace: str,
-                    smoothing: Smoothing, stages: Stages) -> list[RecordedRobot]:
+                    smoothing: Smoothing, stages: StageTimes) -> list[RecordedRobot]:
     """
     Return the robots with their models.
 
@@ -71,7 +71,7 @@ def recorded_robots(recording: Recording, settings: Sequence[RobotSettings], nam
         Of the node.
     smoothing : Smoothing
         Where joint samples are smoothed.
-    stages : Stages
+    stages : StageTimes
         Gets the time spent.
 
     Raises

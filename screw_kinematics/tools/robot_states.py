@@ -11,7 +11,7 @@ import numpy as np
 from .block_smoothing import SmoothedBlock, Smoothing
 from .joining import Joining
 from .smoothed_blocks import SmoothedBlocks
-from .stages import Stages
+from .stage_times import StageTimes
 from ..accounting import Account
 from ..motion.merge import JointGroup, JointGroups
 from ..ros.outputs import KINDS
@@ -54,13 +54,13 @@ class RobotStates:
         Or any model with ``joint_names`` and ``compile``.
     smoothing : Smoothing
         Where joint samples are smoothed.
-    stages : Stages
+    stages : StageTimes
         Gets the time spent.
 
     """
 
     def __init__(self, settings: RobotSettings, model: Any, smoothing: Smoothing,
-                 stages: Stages) -> None:
+                 stages: StageTimes) -> None:
         self.settings = settings
         self.model = model
         self.outputs = tuple(name for name in settings.outputs if name not in LEFT_OUT)

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator, Sequence
 import numpy as np
 
 from .block_smoothing import LEAST, RawBlock, Result, SmoothedBlock, Smoothing
-from .stages import Stages
+from .stage_times import StageTimes
 
 BLOCK = 6_400
 """Samples that are smoothed at a time, without what they share with their neighbours."""
@@ -34,7 +34,7 @@ class SmoothedBlocks:
         Whether measured velocities may help.
     smoothing : Smoothing
         Where blocks are smoothed.
-    stages : Stages
+    stages : StageTimes
         Gets the time spent.
 
     Attributes
@@ -45,7 +45,7 @@ class SmoothedBlocks:
     """
 
     def __init__(self, continuous: Sequence[bool], order: int, max_gap: float,
-                 use_velocity: bool, smoothing: Smoothing, stages: Stages) -> None:
+                 use_velocity: bool, smoothing: Smoothing, stages: StageTimes) -> None:
         self.refused: Counter[str] = Counter()
         self._continuous = tuple(continuous)
         self._order = order

@@ -19,7 +19,7 @@ from typing import Any, TYPE_CHECKING
 import numpy as np
 
 from .se3 import Array, cos, cross, sin
-from .stages import Derivatives, Slide, stages_of
+from .turns_and_slides import Derivatives, Slide, stages_of
 
 if TYPE_CHECKING:
     from .chain import SerialChain

@@ -9,7 +9,7 @@ import resource
 import time
 
 
-class Stages:
+class StageTimes:
     """Adds up the time spent in named stages."""
 
     def __init__(self) -> None:
