@@ -15,6 +15,7 @@ from geometry_msgs.msg import AccelStamped, TwistStamped
 import rclpy
 from rclpy.experimental import EventsExecutor
 from rclpy.qos import QoSProfile
+from screw_kinematics.ros import middleware
 from sensor_msgs.msg import JointState
 
 from .contenders import Contender
@@ -63,9 +64,12 @@ class Trial:
     def run(self, seconds: float, full: bool) -> Figures:
         """Return the figures; those but saturation only if a full trial is asked for."""
         with domain_coordinator.domain_id() as domain:
-            environment = os.environ | {
-                'ROS_DOMAIN_ID': str(domain), 'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST'}
-            os.environ.update(environment)
+            os.environ.update(
+                {'ROS_DOMAIN_ID': str(domain), 'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST'})
+            # Of the driver alone: contenders have their own settings, or none.
+            os.environ.pop(middleware.PROFILES, None)
+            environment = dict(os.environ)
+            middleware.settle()
             context = rclpy.Context()
             rclpy.init(context=context, domain_id=domain)
             self._connect(context)
