@@ -38,7 +38,7 @@ class Account:
 
 def read(array: DiagnosticArray) -> tuple[list[Account], dict[str, dict[str, str]]]:
     """Return the account of each robot, and all values of each part of the node."""
-    parts = {status.hardware_id: {v.key: v.value for v in status.values}
+    parts = {status.name.rpartition(': ')[2]: {v.key: v.value for v in status.values}
              for status in array.status}
     return [_account(robot, parts) for robot in ROBOTS], parts
 

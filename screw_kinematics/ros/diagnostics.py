@@ -29,6 +29,7 @@ class Diagnostics:
 
     def __init__(self) -> None:
         self._since: dict[str, tuple[float, int, int, int]] = {}
+        self._lost: dict[str, int] = {}
         self._unreadable: dict[str, int] = {}
         self._logged: Counter[str] = Counter()
         self._last_log = -LOG_PERIOD
@@ -64,8 +65,13 @@ class Diagnostics:
         for topic, joint_input in node.inputs.items():
             values[f'{topic} received'] = joint_input.received
             values[f'{topic} without stamp'] = joint_input.unstamped
+            values[f'{topic} lost by middleware'] = joint_input.lost
             for reason, n in joint_input.refused.items():
                 values[f'{topic} refused {reason}'] = n
+            lost = joint_input.lost - self._lost.get(topic, 0)
+            if lost > 0:
+                level, message = WARN, f'{lost} messages lost by the middleware on {topic}'
+            self._lost[topic] = joint_input.lost
             refused = joint_input.refused.total()
             if refused > self._unreadable.get(topic, 0):
                 level, message = WARN, f'unreadable messages on {topic}: {joint_input.last_error}'
@@ -74,7 +80,7 @@ class Diagnostics:
             level, message = WARN, '; '.join(node.unknown_parameters)
         if node.failure is not None:
             level, message = ERROR, str(node.failure)
-        return _status(node.get_name(), 'node', level, message, values)
+        return _status(node, 'node', level, message, values)
 
     def _of_robot(self, node: KinematicStatePublisher, robot: Robot) -> DiagnosticStatus:
         account, pipeline = robot.account, robot.pipeline
@@ -128,7 +134,9 @@ class Diagnostics:
             level = OK
             message = '; '.join(['running', *doubts]) if robot.topics.wanted else (
                 'ready; nobody listens')
-        return _status(node.get_name(), robot.name, level, message, values)
+        # As its topics are named, so that robots of different namespaces differ.
+        hardware = f'{node.get_namespace()}/{robot.name}'.lstrip('/')
+        return _status(node, robot.name, level, message, values, hardware)
 
 
 def _faults(robot: Robot) -> Counter[str]:
@@ -161,11 +169,11 @@ def _estimation(robot: Robot) -> dict[str, Any]:
     return values
 
 
-def _status(node: str, part: str, level: bytes, message: str, values: dict[str, Any],
-            ) -> DiagnosticStatus:
+def _status(node: KinematicStatePublisher, part: str, level: bytes, message: str,
+            values: dict[str, Any], hardware: str = 'none') -> DiagnosticStatus:
     return DiagnosticStatus(
-        level=level, name=f'{node}: {part}', message=message, hardware_id=part,
-        values=list(_pairs(values.items())))
+        level=level, name=f'{node.get_fully_qualified_name()}: {part}', message=message,
+        hardware_id=hardware, values=list(_pairs(values.items())))
 
 
 def _pairs(items: Iterable[tuple[str, Any]]) -> Iterable[KeyValue]:

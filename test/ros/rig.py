@@ -89,7 +89,7 @@ class Rig:
         """Return level, message and values of the latest diagnostics of a part."""
         for array in reversed(self.received['/diagnostics']):
             for status in array.status:
-                if status.name == f'{NODE}: {part}':
+                if status.name == f'/{NODE}: {part}':
                     return status.level, status.message, {v.key: v.value for v in status.values}
         return None, '', {}
 

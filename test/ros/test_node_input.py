@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Input as it really comes: every message is used, or refused with a reason, and counted."""
 import math
+import signal
 
 from geometry_msgs.msg import TwistStamped
 import numpy as np
@@ -27,16 +28,17 @@ def rig(module_context, tmp_path_factory):
 
     parameters = {
         'robots': ['good', 'bad', 'level', 'lonely', 'spread', 'reliable', 'best_effort',
-                   'unstamped', 'gone'],
+                   'unstamped', 'gone', 'stopped'],
         'diagnostics_rate': 20.0,
         'good': robot('good'), 'bad': robot('bad'), 'level': robot('level'),
         'lonely': robot('lonely'),
         'spread': robot(['arm_states', 'wrist_states']),
         'reliable': robot('reliable'), 'best_effort': robot('best_effort'),
-        'unstamped': robot('unstamped'),
+        'unstamped': robot('unstamped'), 'stopped': robot('stopped'),
         'gone': robot('gone', stale_timeout=0.3, outputs=['twist', 'markers']),
         'qos_overrides': {f'/{t}': {'subscription': RELIABLE_INPUT}
-                          for t in TOPICS}}
+                          for t in TOPICS} | {
+            '/stopped': {'subscription': {'reliability': 'best_effort', 'depth': 5000}}}}
     with running(module_context, tmp_path_factory.mktemp('input'), parameters) as rig:
         listened = [name for name in parameters['robots'] if name != 'lonely']
         for name in listened:
@@ -161,6 +163,39 @@ def test_publishers_of_either_reliability(rig, kind):
     publisher = rig.publisher(kind, qos=qos)
     q, qd = smooth_motion(6, 0.0)
     serve(rig, kind, lambda stamp: publisher.publish(joint_state(JOINTS, stamp, q, qd)))
+
+
+def test_what_the_middleware_loses_is_counted(rig):
+    qos = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
+    publisher = rig.publisher('stopped', qos=qos)
+    message = serialize_message(joint_state(JOINTS, MS, *smooth_motion(6, 0.0)))
+    serve(rig, 'stopped', lambda stamp: publisher.publish(
+        joint_state(JOINTS, stamp, *smooth_motion(6, 0.0))))
+
+    def on_topic(what):
+        return int(rig.status('node')[2][f'/stopped {what}'])
+
+    reports = rig.received['/diagnostics']
+    n = len(reports)
+    rig.wait(lambda: len(reports) >= n + 2)     # the second was made after the last message
+    published, lost = on_topic('received'), on_topic('lost by middleware')
+    rig.process.send_signal(signal.SIGSTOP)
+    try:
+        for _ in range(3000):       # more than fit into what the processes share
+            publisher.publish(message)
+    finally:
+        rig.process.send_signal(signal.SIGCONT)
+    published += 3000
+
+    def complete():
+        nonlocal published
+        publisher.publish(message)      # a loss shows when the next message arrives
+        published += 1
+        rig.spin(0.2)
+        return on_topic('lost by middleware') > lost and published == (
+            on_topic('received') + on_topic('lost by middleware') - lost)
+
+    rig.wait(complete)
 
 
 def test_messages_without_stamp_are_of_the_moment_they_arrive(rig):

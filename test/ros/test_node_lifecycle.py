@@ -109,3 +109,16 @@ def test_diagnostics_begin_anew_with_every_configuration(context):
     status = take(10)
     assert (status.level, status.message) == (b'\0', 'ready; nobody listens')
     node.destroy_node()
+
+
+def test_diagnostics_of_nodes_in_different_namespaces_differ(context):
+    for namespace, node_name, hardware in (
+            ('', '/kinematic_state_publisher', 'arm'),
+            ('cell', '/cell/kinematic_state_publisher', 'cell/arm')):
+        node = KinematicStatePublisher(
+            context=context, namespace=namespace, parameter_overrides=[
+                Parameter('robots', value=['arm']), Parameter('arm.description', value=PUMA)])
+        assert [(status.name, status.hardware_id)
+                for status in node._diagnostics.report(node).status] == [
+            (f'{node_name}: node', 'none'), (f'{node_name}: arm', hardware)]
+        node.destroy_node()
