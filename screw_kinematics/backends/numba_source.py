@@ -119,7 +119,7 @@ def _loop(line: StraightLine, names: Sequence[str], from_rows: Sequence[int], to
     """Return the loop of a program that reads and writes rows of the array ``w``."""
     read = {k for operation in line.operations for k in operation.operands}
     read |= {output for output in line.outputs if isinstance(output, int)}
-    text = assignments(line, names)
+    text = assignments(line, names, reuse=False)
     return [f'    for i in range({block}):',
             *[f'        {name} = w[{row * block} + i]'
               for k, (name, row) in enumerate(zip(names, from_rows)) if k in read],

@@ -53,7 +53,7 @@ class _Text(NamedTuple):
 
 
 def assignments(line: StraightLine, input_names: Sequence[str],
-                name: Callable[[int], str] = 'x{}'.format) -> Assignments:
+                name: Callable[[int], str] = 'x{}'.format, reuse: bool = True) -> Assignments:
     """
     Return a straight-line program as assignments.
 
@@ -65,6 +65,9 @@ def assignments(line: StraightLine, input_names: Sequence[str],
         How the inputs are called.
     name : callable
         Gives the name of the k-th variable.
+    reuse : bool
+        Whether a name may be assigned to again, which spares an interpreter memory, and
+        costs a compiler time: to tell such values apart grows as their square.
 
     Returns
     -------
@@ -83,7 +86,7 @@ def assignments(line: StraightLine, input_names: Sequence[str],
     for position, (value, text) in enumerate(named):
         expression = text.text.format_map(names)
         for leaf in set(text.leaves):
-            if leaf >= line.n_inputs and last_read[leaf] == position:
+            if reuse and leaf >= line.n_inputs and last_read[leaf] == position:
                 free.append(names[_mark(leaf)])
         if not free:
             free.append(name(len(all_names)))

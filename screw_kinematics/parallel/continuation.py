@@ -34,7 +34,8 @@ SINGULAR = 1e-6
 
 
 def follow(limbs: Limbs, start: ClosedPosture, target: Array, closed: float,
-           attempts: int = ATTEMPTS, iterations: int = MAX_ITERATIONS) -> ClosedPosture:
+           attempts: int = ATTEMPTS, iterations: int = MAX_ITERATIONS,
+           shortest: float = SHORTEST) -> ClosedPosture:
     """
     Return the posture for given actuators, in the assembly mode of another posture.
 
@@ -52,6 +53,8 @@ def follow(limbs: Limbs, start: ClosedPosture, target: Array, closed: float,
         Steps, taken or refused, after which the search is given up.
     iterations : int
         Newton steps in each of them.
+    shortest : float
+        Part of the way below which a step is given up.
 
     Returns
     -------
@@ -80,7 +83,7 @@ def follow(limbs: Limbs, start: ClosedPosture, target: Array, closed: float,
             there = _step(limbs, here, share * predicted, closed, iterations)
         except ScrewKinematicsError as error:
             reason, share = error, share / 2
-            if share * left < SHORTEST:
+            if share * left < shortest:
                 break
             continue
         total += there.iterations

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from .structure import LimbScrews
-from ..backends import Backend, make_backend
+from ..backends.plain import Evaluate, python_function
 from ..chain import SerialChain
 from ..errors import InvalidValueError
 from ..program import motion_names
@@ -34,8 +34,6 @@ class Limbs:
         One per limb, from the base frame to the platform frame.
     actuated : sequence of str
         Names of the measured joints, in the order of the samples.
-    backend : str
-        How the traced programs are run.
     length : float, optional
         Characteristic length [m] that makes angles and lengths comparable. Default: mean
         distance of the limbs' last joints from the platform frame's origin.
@@ -48,10 +46,9 @@ class Limbs:
     """
 
     def __init__(self, chains: Sequence[SerialChain], actuated: Sequence[str],
-                 backend: str = 'auto', length: float | None = None) -> None:
+                 length: float | None = None) -> None:
         self.chains = tuple(chains)
         self.actuated = tuple(actuated)
-        self.backend = backend
         self._check()
         self.passive = tuple(
             name for chain in self.chains for name in chain.joint_names
@@ -59,7 +56,7 @@ class Limbs:
         self.joint_names = self.actuated + self.passive
         self.names = tuple(chain.name for chain in self.chains)
         index = {name: k for k, name in enumerate(self.joint_names)}
-        self._columns = [[index[name] for name in chain.joint_names] for chain in self.chains]
+        self.columns = [[index[name] for name in chain.joint_names] for chain in self.chains]
         own = [[name for name in chain.joint_names if name not in self.actuated]
                for chain in self.chains]
         self._slots = max(1, *map(len, own))
@@ -76,7 +73,7 @@ class Limbs:
         endless = {joint.name for joint in joints if joint.kind == 'continuous'}
         endless -= {joint.mimic.joint for joint in joints if joint.mimic is not None}
         self.wraps = np.array([name in endless for name in self.actuated])
-        self._programs: dict[int, Backend] = {}
+        self._programs: dict[int, Evaluate] = {}
         self._layout = self._kinematics_layout()
 
     def _check(self) -> None:
@@ -125,7 +122,7 @@ class Limbs:
             A value is too large to compute with.
 
         """
-        flat = np.array(self._program(0).evaluate(values), dtype=float)
+        flat = np.array(self._program(0)(values), dtype=float)
         if not np.abs(flat).max() < LARGEST:
             raise InvalidValueError(
                 f'the limbs reach further than {LARGEST:g} m {self.at(values)}')
@@ -149,7 +146,7 @@ class Limbs:
             Reduced states of the order, pole at the platform point, axes of the base.
 
         """
-        return np.array(self._program(order).evaluate(values), dtype=float)[:-1].reshape(-1, 6)
+        return np.array(self._program(order)(values), dtype=float)[:-1].reshape(-1, 6)
 
     def difference(self, joints: Array, others: Array) -> Array:
         """Return joints - others, without whole turns; shape (joints,)."""
@@ -177,27 +174,22 @@ class Limbs:
 
         """
         drawn = []
-        for chain, columns in zip(self.chains, self._columns):
+        for chain, columns in zip(self.chains, self.columns):
             posture = chain.posture(joints[columns])
             drawn.append(np.array([*posture.points, posture.pose[:3, 3]]))
         return drawn
 
-    def warm_up(self, order: int) -> None:
-        """Compile now what states up to an order need."""
-        for n in (0, *range(2, order + 1)):
-            self._program(n).warm_up()
-
-    def _program(self, order: int) -> Backend:
+    def _program(self, order: int) -> Evaluate:
         """Return the program for screws (order 0) or for the bias of an order."""
         if order not in self._programs:
             graph = Graph()
             n = len(self.joint_names)
             values = graph.inputs(n * max(1, order)).reshape(-1, n)
-            outputs = [number for chain, columns in zip(self.chains, self._columns)
+            outputs = [number for chain, columns in zip(self.chains, self.columns)
                        for number in _traced(chain, values[:, columns], order)]
             line = straight_line(values.size, [*outputs, 0.0])
             names = motion_names(n, len(values) - 1)
-            self._programs[order] = make_backend(self.backend, line, names)
+            self._programs[order] = python_function(line, names)
         return self._programs[order]
 
     def _kinematics_layout(self) -> tuple[Array, ...]:
@@ -209,7 +201,7 @@ class Limbs:
         columns = np.full((limbs, 6, n), zero)
         for k, chain in enumerate(self.chains):
             block = start[k] + 12 + np.arange(6 * chain.dof).reshape(6, -1)
-            columns[k][:, self._columns[k]] = block
+            columns[k][:, self.columns[k]] = block
         passive = np.full((limbs, 6, self._slots), zero)
         for joint, (limb, slot) in enumerate(zip(*self.slot_of), start=len(self.actuated)):
             passive[limb, :, slot] = columns[limb, :, joint]
@@ -227,10 +219,14 @@ def _length(chains: Sequence[SerialChain]) -> float:
     return mean if mean > 0 else 1.0
 
 
+def traced_bias(chain: SerialChain, values: Sequence[Array], order: int) -> Array:
+    """Return one limb's bias as expressions of joint positions and derivatives below an order."""
+    return reduced_from_classical(tip_motion(chain, *values, np.zeros(chain.dof))[1])[order - 1]
+
+
 def _traced(chain: SerialChain, values: Array, order: int) -> Iterable[Any]:
     """Return the numbers of one limb as expressions of its joint values."""
     if order > 0:
-        highest = np.zeros(chain.dof)
-        return reduced_from_classical(tip_motion(chain, *values, highest)[1])[order - 1]
+        return traced_bias(chain, list(values), order)
     pose = chain.pose(values[0])
     return [*pose[:3, 3], *pose[:3, :3].ravel(), *chain.jacobian(values[0]).ravel()]

@@ -10,21 +10,17 @@ from typing import Any, TYPE_CHECKING
 import numpy as np
 
 from .closed_posture import closed_posture, ClosedPosture
-from .continuation import follow
 from .limbs import Limbs
-from .newton import close_loops, MAX_ITERATIONS
+from .newton import close_loops
 from .outputs import ORDERS, output_sizes, trace_outputs
-from .rates import platform_states
+from .stream import Stream
 from ..compile import checked_outputs
-from ..errors import ClosureError, InvalidValueError, ScrewKinematicsError
+from ..errors import ClosureError, InvalidValueError
 from ..program import Program
 from ..se3 import Array
 
 if TYPE_CHECKING:
     from .manipulator import ParallelManipulator
-
-THOROUGH, BRIEF = (100, MAX_ITERATIONS), (1, 4)
-"""Effort for a sample, parts of the way and Newton steps: at first, and while samples fail."""
 
 
 class ParallelProgram(Program):
@@ -48,10 +44,6 @@ class ParallelProgram(Program):
     Attributes
     ----------
     passive_joint_names : tuple of str
-    posture : ClosedPosture
-        The last good one.
-    passive_rates : list of array, shape (passive joints,)
-        Time derivatives 1 to ``order`` of the passive joints of the last good sample.
 
     """
 
@@ -65,21 +57,37 @@ class ParallelProgram(Program):
                          order, backend, axes, pole, manipulator.base_frame,
                          manipulator.tip_frame, names)
         self.passive_joint_names = manipulator.passive_joint_names
-        self._limbs = Limbs(manipulator.limbs, manipulator.joint_names, self.backend,
+        self._limbs = Limbs(manipulator.limbs, manipulator.joint_names,
                             manipulator.characteristic_length)
         self._home = manipulator.home
         self._closed = manipulator.closure_tolerance
+        self._stream = Stream(self._limbs, self._home, self._closed, order,
+                              'jacobian' in outputs, self.backend)
         self._convert = self._backend.evaluate
         self.evaluate = self._evaluate
         self.workspace = np.zeros(self.inputs + len(self.line.outputs))
         self.run = self._run
         self.reset()
 
+    @property
+    def posture(self) -> ClosedPosture:
+        """Return the last good posture."""
+        return self._stream.posture
+
+    @posture.setter
+    def posture(self, posture: ClosedPosture) -> None:
+        self._stream.posture = posture
+
+    @property
+    def passive_rates(self) -> list[Array]:
+        """Return time derivatives 1 to ``order`` of the passive joints at the last sample."""
+        n = len(self.passive_joint_names)
+        return [np.array(self._rates[k:k + n]) for k in range(0, len(self._rates), n)]
+
     def reset(self) -> None:
         """Forget the stream: the next sample is found from the home posture."""
-        self.posture = self._home
-        self.passive_rates: list[Array] = []
-        self._failures = 0
+        self._stream.reset()
+        self._rates: Sequence[float] = ()
 
     def continue_from(self, before: Program) -> None:
         """
@@ -151,7 +159,7 @@ class ParallelProgram(Program):
 
     def warm_up(self) -> None:
         """Compile now what would otherwise be compiled on the first call."""
-        self._limbs.warm_up(self.order)
+        self._stream.warm_up()
         super().warm_up()
 
     def _run(self) -> None:
@@ -159,34 +167,12 @@ class ParallelProgram(Program):
         self.workspace[n:] = self.evaluate(self.workspace[:n].tolist())
 
     def _evaluate(self, values: Sequence[float]) -> Sequence[float]:
-        motion = np.array(values, dtype=float).reshape(-1, self.dof)
-        posture = self._find(motion[0])
-        states, passive = platform_states(self._limbs, posture, list(motion[1:]))
-        self.posture, self.passive_rates = posture, passive
-        pose = posture.pose
-        numbers = [*pose[:3, 3].tolist(), *pose[:3, :3].ravel().tolist()]
-        for state in states:
-            numbers += state.tolist()
-        if 'jacobian' in self.slices:
-            numbers += posture.system.jacobian.ravel().tolist()
+        solved = self._stream.advance(values)
+        n = len(self.passive_joint_names)
+        self._rates = solved.passive_rates
+        numbers = [*solved.pose, *solved.states, *solved.jacobian]
         if 'passive_position' in self.slices:
-            numbers += posture.passive.tolist()
+            numbers += solved.passive
         if 'passive_velocity' in self.slices:
-            numbers += passive[0].tolist()
+            numbers += solved.passive_rates[:n]
         return self._convert(numbers)
-
-    def _find(self, q: Array) -> ClosedPosture:
-        """Return the posture of a sample: from the last one, else from home."""
-        # A search in vain takes long: while samples fail it is made ever more rarely.
-        n = self._failures
-        thorough = n & (n - 1) == 0 or n % 512 == 0
-        self._failures += 1
-        try:
-            posture = follow(self._limbs, self.posture, q, self._closed,
-                             *(THOROUGH if thorough else BRIEF))
-        except ScrewKinematicsError:
-            if not thorough or self.posture is self._home:
-                raise
-            posture = follow(self._limbs, self._home, q, self._closed, *THOROUGH)
-        self._failures = 0
-        return posture

@@ -38,6 +38,12 @@ class ScrewSystem:
     ranks : Ranks, optional
         Of the limbs' passive screws in general posture. Default: as found here.
 
+    Attributes
+    ----------
+    rows : array, shape (wrenches, 6)
+        Reciprocal to the passive screws of a limb each, limb after limb: :attr:`wrenches`
+        in the order of a row, of unit size with the characteristic length.
+
     """
 
     def __init__(self, screws: LimbScrews, length: float, ranks: Ranks | None = None) -> None:
@@ -54,8 +60,8 @@ class ScrewSystem:
             ranks.kept / np.maximum(self._sizes, _TINY))[:, None]) @ left[:, :, :n].swapaxes(1, 2)
         # Rows reciprocal to the passive screws: unit wrenches, limb after limb.
         self._limb_of_row = ranks.limb_of_row
-        self._wrenches = left[ranks.limb_of_row, :, ranks.row]
-        u, self._platform_sizes, vt = np.linalg.svd(self._wrenches, full_matrices=False)
+        self.rows = left[ranks.limb_of_row, :, ranks.row]
+        u, self._platform_sizes, vt = np.linalg.svd(self.rows, full_matrices=False)
         self._platform = (vt.T / np.maximum(self._platform_sizes, _TINY)) @ u.T
 
     def direct(self, bias: Array) -> tuple[Array, Array]:
@@ -75,7 +81,7 @@ class ScrewSystem:
 
         """
         bias = bias * self._scale
-        onto = (self._wrenches * bias[self._limb_of_row]).sum(axis=1)
+        onto = (self.rows * bias[self._limb_of_row]).sum(axis=1)
         state = self._platform @ onto
         rates = self._from_tip @ (state - bias)[..., None]
         return state / self._scale, rates[..., 0]
@@ -96,7 +102,7 @@ class ScrewSystem:
 
         """
         demand = demand * self._scale
-        onto = (self._wrenches * demand[self._limb_of_row]).sum(axis=1)
+        onto = (self.rows * demand[self._limb_of_row]).sum(axis=1)
         actuated = self._actuators @ onto
         rest = demand - self._actuated @ actuated
         return actuated, (self._from_tip @ rest[..., None])[..., 0]
@@ -120,11 +126,11 @@ class ScrewSystem:
 
         Shape (wrenches, actuated joints); both scaled by the characteristic length.
         """
-        return np.einsum('ri,rij->rj', self._wrenches, self._actuated[self._limb_of_row])
+        return np.einsum('ri,rij->rj', self.rows, self._actuated[self._limb_of_row])
 
     def mobility(self) -> int:
         """Return the number of freedoms of the platform and the actuated joints together."""
-        both = np.linalg.svd(np.hstack([self._wrenches, -self.work]), compute_uv=False)
+        both = np.linalg.svd(np.hstack([self.rows, -self.work]), compute_uv=False)
         return 6 + self.work.shape[1] - int(np.sum(both > RANK_TOLERANCE * both[0]))
 
     def limb_wrenches(self) -> tuple[list[Array], list[Array]]:
@@ -173,7 +179,7 @@ class ScrewSystem:
         Shape (wrenches, 6), about the platform point, in base axes. They carry the
         platform when the actuators are locked.
         """
-        return np.roll(self._wrenches * self._scale, 3, axis=-1)
+        return np.roll(self.rows * self._scale, 3, axis=-1)
 
     @cached_property
     def conditioning(self) -> Conditioning:
@@ -187,7 +193,7 @@ class ScrewSystem:
     @property
     def direct_conditioning(self) -> float:
         """Smallest singular value of the reciprocal wrenches, of unit size each."""
-        return float(self._platform_sizes[-1]) if len(self._wrenches) >= 6 else 0.0
+        return float(self._platform_sizes[-1]) if len(self.rows) >= 6 else 0.0
 
     def orientation(self, before: ScrewSystem) -> float:
         """
@@ -212,7 +218,7 @@ class ScrewSystem:
     @cached_property
     def _blocking(self) -> Array:
         """Projectors onto the limbs' reciprocal wrenches, shape (limbs, 6, 6)."""
-        rows = self._wrenches
+        rows = self.rows
         out = np.zeros((len(self._passive), 6, 6))
         np.add.at(out, self._limb_of_row, rows[:, :, None] * rows[:, None, :])
         return out

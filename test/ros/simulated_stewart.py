@@ -22,7 +22,7 @@ def platform(t):
     """Return rotation, position, twist [w; v] and acceleration [alpha; a] at a time [s]."""
     angle, rate, slope = 0.2 * np.sin(3 * t), 0.6 * np.cos(3 * t), -1.8 * np.sin(3 * t)
     K = np.cross(np.eye(3), AXIS)
-    R = np.eye(3) - np.sin(angle) * K + (1 - np.cos(angle)) * K @ K
+    R = np.eye(3) + np.sin(angle) * K + (1 - np.cos(angle)) * K @ K
     w = np.array([2.0, 3.0, 2.5])
     size = np.array([0.08, 0.06, 0.05])
     p = [0, 0, 0.6] + size * np.sin(w * t)
