@@ -8,6 +8,7 @@ import numpy as np
 
 from .robots import BASES, RIVAL_NS, SAMPLES, SoakRobot, TICK_NS
 from .shared import Progress, RING
+from .tail import Runs
 
 EXACT = 1e-9
 """Greatest error of what follows from one sample [rad/s, m/s]."""
@@ -71,12 +72,15 @@ class Permitted:
         Whether some samples, all the first of the motion, get their stamp from the node.
     settled_from : list of int, or None
         For each robot the tick from which on estimates have settled.
+    killed_at : list of int, or None
+        For each robot the next tick of a source that was killed.
 
     """
 
     rival: bool = False
     unstamped: bool = False
     settled_from: list[int] | None = None
+    killed_at: list[int] | None = None
 
 
 class TopicCheck:
@@ -91,11 +95,16 @@ class TopicCheck:
     output : str
     progress : Progress
         When which sample was published.
+    step : int
+        Ticks from one sample to the next.
 
     """
 
-    def __init__(self, number: int, robot: SoakRobot, output: str, progress: Progress) -> None:
+    def __init__(self, number: int, robot: SoakRobot, output: str, progress: Progress,
+                 step: int = 1) -> None:
         self.tally = Tally()
+        self.step = step
+        self.runs = Runs(step)      # of samples, since the books were closed
         self.latencies = np.zeros(len(BINS) - 1, int)     # of settled outputs
         self.worst_latency = self.worst_in_faults = 0.0
         self.last_base = 0
@@ -129,6 +138,7 @@ class TopicCheck:
         finite = np.isfinite(values).all(1)
         self._note(tally, 'not_finite', ~finite, stamps, values)
         ticks = np.rint(stamps / TICK_NS).astype(int)
+        self.runs.take(ticks + self._robot.delay_ticks)
         base = np.array([BASES.index(b) if b in BASES else 0 for b in bases])
         if not self._robot.described:
             base[:] = 0

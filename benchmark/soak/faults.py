@@ -20,8 +20,10 @@ BURST = 10_000
 
 def source_killed(rig: Rig, random: Random) -> None:
     """Kill the source and start another one after a while."""
+    rig.wait(lambda: all(check.runs.all for check in rig.checks.values()), 'outputs')
     rig.source.kill()
     rig.source.wait()
+    rig.permitted.killed_at = rig.ticks()
     rig.spin(random.uniform(0.0, 2.0))
     rig.start_source()
     rig.command('resume')

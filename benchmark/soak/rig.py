@@ -61,7 +61,8 @@ class Rig:
         self._node = rclpy.create_node('soak', context=self._context)
         self._executor = EventsExecutor(context=self._context)
         self._executor.add_node(self._node)
-        self.checks = {(i, output): TopicCheck(i, robot, output, self.progress)
+        self.checks = {(i, output): TopicCheck(
+                i, robot, output, self.progress, 1_000_000_000 // TICK_NS // rate)
                        for i, robot in enumerate(ROBOTS) for output in robot.outputs}
         for (i, output), check in self.checks.items():
             self._node.create_subscription(
@@ -86,7 +87,7 @@ class Rig:
                                 stderr=subprocess.STDOUT, env=os.environ)
 
     def _start_node(self) -> subprocess.Popen:
-        parameters = {
+        parameters: dict[str, Any] = {
             'robots': [robot.name for robot in ROBOTS], 'diagnostics_rate': 5.0,
             'qos_overrides': {}}
         for robot in ROBOTS:

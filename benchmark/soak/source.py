@@ -43,9 +43,13 @@ class Source:
         self._period = 1.0 / rate
         self._node = rclpy.create_node('source')
         publishers = [[self._node.create_publisher(
-            JointState, f'{robot.name}/joint_states', QoSProfile(depth=100_000)).publish
+            JointState, f'{robot.name}/joint_states', QoSProfile(depth=100_000))
             for robot in ROBOTS] for _ in range(2)]
-        self._publish, self._publish_rival = publishers
+        self._publish, self._publish_rival = (
+            [publisher.publish for publisher in each] for each in publishers)
+        # What is published before the node is found does not reach it.
+        while not all(p.get_subscription_count() for each in publishers for p in each):
+            time.sleep(0.01)
         self._bodies = [robot.bodies() for robot in ROBOTS]
         self._rivals = [robot.bodies(rival=True) for robot in ROBOTS]
         self._one_joint = [message_body(robot.chain.joint_names[:1], [0.5], [0.0])

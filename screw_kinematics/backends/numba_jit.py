@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import lru_cache
 import hashlib
 import os
 from pathlib import Path
@@ -22,6 +23,11 @@ BLOCK = 64
 
 CACHE = 2 ** 22
 """Results of more bytes than this are written past the cache."""
+
+
+KEPT = 64
+"""Functions kept for programs of the same text. Numba never gives the memory of one back, some
+50 KiB, so a robot whose descriptions alternate would grow with each."""
 
 
 class NumbaBackend:
@@ -100,6 +106,7 @@ class NumbaBackend:
         self._batch[widths] = _compiled(source, 'batch', f'void(intp, {arrays}, boolean)', 'block')
 
 
+@lru_cache(maxsize=KEPT)
 def _compiled(source: str, name: str, signature: str, *helpers: str) -> Any:
     """Return a function of a text as machine code, from the cache where it can be."""
     import numba

@@ -77,3 +77,22 @@ def test_contradictions_in_the_accounts_are_found(benchmark):
     assert good.contradictions() == []
     for change in ({'on_topic': 11}, {'used': 8}, {'refused': Counter(a=1)}):
         assert len(Account(**(vars(good) | change)).contradictions()) == 1
+
+
+@pytest.mark.parametrize('seen, missing, wrong', [
+    ([*range(10, 35, 5), *range(90, 105, 5)], 0, ''),
+    ([*range(10, 25, 5), *range(90, 105, 5)], 2, ''),
+    ([*range(10, 25, 5), *range(90, 105, 5)], 1, ''),      # the last one had not been counted
+    ([*range(10, 25, 5), *range(90, 105, 5)], 3, '3 messages missing, but 2'),
+    ([*range(10, 25, 5), *range(90, 105, 5)], -1, '-1 messages missing'),
+    ([10, 20, *range(90, 105, 5)], 2, 'gaps elsewhere'),
+    ([*range(10, 25, 5), 90, 100], 3, 'gaps elsewhere'),
+    ([10, 15], 3, 'gaps elsewhere')])
+def test_only_the_last_messages_of_a_killed_source_may_be_missing(
+        benchmark, seen, missing, wrong):
+    from benchmark.soak.tail import check_tail, Runs
+    runs = Runs(step=5)
+    for tick in seen:
+        runs.take([tick])
+    found = check_tail(runs.all, killed_at=35, step=5, missing=missing)
+    assert found.startswith(wrong) and bool(found) == bool(wrong)
