@@ -34,16 +34,16 @@ Shortest time in which a slope tells of growth.
 
 The middleware keeps what a queue has once needed, some 1 KiB for each message. A reliable
 publisher queues up to its depth while a subscriber does not acknowledge, be it stopped or
-killed; an input queues what comes while the node is busy or gets no processor. So memory
-grows by a step whenever a queue is longer than ever before: in a run of 60 subscribers killed one after
-another, by 37 MiB until all outputs' queues had been full once and by less than 2 KiB for each
-killed subscriber after that; that of a bare relay (raw messages, same topics and depths) by 29
-MiB and by less than 1 KiB. A run that is long enough for a slope therefore begins by having all
-queues longer than any fault will make them.
+killed; an input queues what comes while the node is busy or gets no processor. So memory grows
+by a step whenever a queue is longer than ever before. While 60 subscribers were killed one
+after another, it grew by 37 MiB until all queues of outputs had been full once, and by less than
+2 KiB for each killed subscriber after that; that of a bare relay (raw messages, same topics and
+depths) by 29 MiB, and by less than 1 KiB. A run that is long enough for a slope therefore begins
+by having all queues longer than any fault will make them.
 """
 
 STRETCH = 2 * BURST
-"""Messages in a burst for each robot, at the beginning of a run that is long enough for a slope."""
+"""Messages in the burst for each robot with which a run begins that is long enough for a slope."""
 
 
 @dataclass

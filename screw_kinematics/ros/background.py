@@ -4,10 +4,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import Future
+from queue import SimpleQueue
+from threading import Thread
 from typing import Any
 
 from ..errors import ScrewKinematicsError
+
+Work = Callable[[], Any]
 
 
 class Background:
@@ -15,15 +19,18 @@ class Background:
     Runs work in one other thread, and hands the results over where it is told to.
 
     The work must not touch what the node uses; what it returns takes effect only in
-    :meth:`collect`, which the node's own thread calls.
+    :meth:`collect`, which the node's own thread calls. The end of the process does not wait
+    for it: compiling may take seconds.
     """
 
     def __init__(self) -> None:
-        self._pool = ThreadPoolExecutor(1, thread_name_prefix='compile')
+        self._waiting: SimpleQueue[tuple[Future[Any], Work] | None] = SimpleQueue()
         self._jobs: list[tuple[Future[Any], Callable[[Any], None],
                                Callable[[ScrewKinematicsError], None]]] = []
+        # A pool of threads would be waited for.
+        Thread(target=_run, args=(self._waiting,), name='compile', daemon=True).start()
 
-    def submit(self, work: Callable[[], Any], done: Callable[[Any], None],
+    def submit(self, work: Work, done: Callable[[Any], None],
                failed: Callable[[ScrewKinematicsError], None]) -> None:
         """
         Begin some work.
@@ -36,7 +43,9 @@ class Background:
             Run in :meth:`collect`, with the result or with the error.
 
         """
-        self._jobs.append((self._pool.submit(work), done, failed))
+        future: Future[Any] = Future()
+        self._jobs.append((future, done, failed))
+        self._waiting.put((future, work))
 
     def collect(self) -> None:
         """Hand over the results that are there, in the order of the work."""
@@ -52,5 +61,18 @@ class Background:
 
     def close(self) -> None:
         """Drop all work that has not begun."""
-        self._pool.shutdown(wait=False, cancel_futures=True)
+        for future, _, _ in self._jobs:
+            future.cancel()
         self._jobs.clear()
+        self._waiting.put(None)
+
+
+def _run(waiting: SimpleQueue[tuple[Future[Any], Work] | None]) -> None:
+    while (job := waiting.get()) is not None:
+        future, work = job
+        if not future.set_running_or_notify_cancel():
+            continue
+        try:
+            future.set_result(work())
+        except Exception as error:
+            future.set_exception(error)
