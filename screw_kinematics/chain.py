@@ -100,18 +100,9 @@ class SerialChain(Mobility):
 
     def joint_values(self, q: Any, order: int = 0) -> Array:
         """
-        Return the values of all joints of the chain from those of the measured ones.
+        Return the values of all joints, shape (..., number of joints), from the measured ones.
 
-        Parameters
-        ----------
-        q : array, shape (..., dof)
-            Positions (order 0) or derivatives (order > 0) of the measured joints.
-        order : int
-            The mimic offset counts only for positions.
-
-        Returns
-        -------
-        array, shape (..., number of joints)
+        Parameters as of :meth:`.coupling.Coupling.values`.
 
         """
         return self._coupling.values(q, order)

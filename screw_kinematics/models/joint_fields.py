@@ -39,6 +39,27 @@ def read_frame(fields: Fields, key: str, wanted: str | None, default: str) -> st
     return given
 
 
+def read_names(fields: Fields, name: str, base_frame: str | None, tip_frame: str | None,
+               tip: str) -> tuple[str, str, str]:
+    """
+    Return the names of base frame, tip frame and robot, as a file gives them.
+
+    Parameters
+    ----------
+    fields : Fields
+        The file's.
+    name : str
+        Name of the robot where the file gives none.
+    base_frame, tip_frame : str, optional
+        Wanted frames; where the file names them, the same ones.
+    tip : str
+        Name of the tip frame where nobody names it.
+
+    """
+    return (read_frame(fields, 'base_frame', base_frame, 'base'),
+            read_frame(fields, 'tip_frame', tip_frame, tip), fields.text('name', name))
+
+
 def joint_fields(source: str, place: str, entry: Any, more: tuple[str, ...]) -> Fields:
     """Return the fields of one joint, its errors located by its name."""
     name = Fields(source, place, entry).text('name')

@@ -74,7 +74,7 @@ def _content(source: str, path: Path) -> bytes:
         with path.open('rb') as file:
             return file.read(MAX_BYTES + 1)     # one more, for the reader to refuse
     except OSError as error:
-        raise ModelError(source, f'cannot be read: {error}') from error
+        raise ModelError(source, f'cannot be read: {error.strerror or error}') from error
 
 
 def _expand_xacro(source: str, path: Path) -> str:

@@ -38,7 +38,7 @@ import numpy as np
 from .dh import CONVENTIONS, DHRow, place_rows
 from .fields import Fields, reported
 from .joint_fields import (
-    COMMON, joint_fields, MAX_JOINTS, measured_ends, read_frame, read_joint, read_pose, units_of)
+    COMMON, joint_fields, MAX_JOINTS, measured_ends, read_joint, read_names, read_pose, units_of)
 from .units import Units
 from ..chain import SerialChain
 from ..joint import Joint
@@ -84,9 +84,7 @@ def chain_from_data(data: Any, source: str, name: str, base_frame: str | None = 
         joints, T_base_tool = read(fields, units)
         return SerialChain(
             measured_ends(source, joints), T_base_tool,
-            base_frame=read_frame(fields, 'base_frame', base_frame, 'base'),
-            tip_frame=read_frame(fields, 'tip_frame', tip_frame, 'tool'),
-            name=fields.text('name', name))
+            *read_names(fields, name, base_frame, tip_frame, 'tool'))
 
 
 def _screw_joints(fields: Fields, units: Units) -> tuple[list[Joint], Array]:

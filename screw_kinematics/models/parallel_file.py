@@ -35,7 +35,7 @@ import numpy as np
 
 from .fields import Fields, reported
 from .joint_fields import (
-    COMMON, joint_fields, MAX_JOINTS, measured_ends, read_frame, read_joint, read_pose, units_of)
+    COMMON, joint_fields, MAX_JOINTS, measured_ends, read_joint, read_names, read_pose, units_of)
 from .units import Units
 from ..chain import SerialChain
 from ..joint import Joint
@@ -82,13 +82,12 @@ def manipulator_from_data(data: Any, source: str, name: str, base_frame: str | N
         drawn: dict[str, float] = {}
         limbs = [_limb(source, f'limb {i}', entry, units, drawn)
                  for i, entry in enumerate(fields.items('limbs', MAX_LIMBS), start=1)]
-        base = read_frame(fields, 'base_frame', base_frame, 'base')
-        tip = read_frame(fields, 'tip_frame', tip_frame, 'platform')
+        base, tip, name = read_names(fields, name, base_frame, tip_frame, 'platform')
         chains = [_at_zero(SerialChain(joints, platform, base, tip, limb), drawn)
                   for limb, joints in limbs]
         return ParallelManipulator(
             chains, [str(joint) for joint in fields.items('actuated', MAX_JOINTS)], drawn,
-            base, tip, fields.text('name', name))
+            base, tip, name)
 
 
 def _limb(source: str, place: str, entry: Any, units: Units, drawn: dict[str, float],
