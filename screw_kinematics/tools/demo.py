@@ -186,7 +186,7 @@ class _Watch:
                 self._listen(min(0.1 if interactive else 1.0, left))
                 view = self._view()
                 if interactive:
-                    live.update(live_view.live(view), refresh=True)
+                    live.update(live_view.LiveTable(view), refresh=True)
                 else:
                     print(live_view.line(view), flush=True)
 

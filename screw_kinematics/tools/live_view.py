@@ -8,11 +8,14 @@ from dataclasses import dataclass
 
 import numpy as np
 from rich import box
-from rich.console import Group
+from rich.console import Console, ConsoleOptions, RenderResult
 from rich.table import Table
 from rich.text import Text
 
 from ..se3 import Array
+
+WIDE = 80
+"""Columns from which on quantities are called by their names."""
 
 
 @dataclass(frozen=True)
@@ -70,22 +73,35 @@ class View:
     delay: float
 
 
-def live(view: View) -> Group:
-    """Return the view as a table that fits 80 columns."""
-    table = Table(box=box.SIMPLE_HEAD, title=f'{view.title}, t = {view.elapsed:.2f} s',
-                  title_justify='left', caption_justify='left', pad_edge=False)
-    table.add_column('')
-    for heading in ('x', 'y', 'z'):
-        table.add_column(heading, justify='right', min_width=9)
-    table.add_column('')
-    table.add_column('|error|', justify='right', min_width=8)
-    for row in view.rows:
-        table.add_row(row.quantity, *_numbers(row.measured, '.5f'), row.unit,
-                      f'{row.error:.1e}')
-    return Group(table, Text(
-        f'{view.frames}\n{_rates(view)}\n'
-        f'age of the state {view.age * 1e3:.1f} ms, of which estimator delay '
-        f'{view.delay * 1e3:.0f} ms\nCtrl-C ends the demo and both its processes'))
+@dataclass(frozen=True)
+class LiveTable:
+    """
+    The view as a table for 80 columns; in narrower windows by symbols, with fewer digits.
+
+    Parameters
+    ----------
+    view : View
+
+    """
+
+    view: View
+
+    def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
+        """Give the table and what is to be said below it."""
+        view, wide = self.view, options.max_width >= WIDE
+        table = Table(box=box.SIMPLE_HEAD, title=f'{view.title}, t = {view.elapsed:.2f} s',
+                      title_justify='left', pad_edge=False)
+        for heading in ('', 'x', 'y', 'z', '', '|error|'):
+            table.add_column(heading, no_wrap=True, justify='right' if heading else 'left',
+                             min_width=9 if wide and heading else None)
+        for row in view.rows:
+            table.add_row(row.quantity if wide else row.symbol,
+                          *_numbers(row.measured, '.5f' if wide else '.3f'), row.unit,
+                          f'{row.error:.1e}')
+        yield table
+        yield Text(f'{view.frames}\n{_rates(view)}\n'
+                   f'age of the state {view.age * 1e3:.1f} ms, of which estimator delay '
+                   f'{view.delay * 1e3:.0f} ms\nCtrl-C ends the demo and both its processes')
 
 
 def line(view: View) -> str:
