@@ -5,53 +5,12 @@ from dataclasses import replace
 import math
 
 import numpy as np
+from pipeline_arm import ARM, assert_balanced, feed, joints, make, MEASURED, MS, NAMES, START
 import pytest
-from screw_kinematics import Joint, SerialChain
 from screw_kinematics.errors import SingularityError
 from screw_kinematics.motion.group_motion import MotionSettings
 from screw_kinematics.motion.merge import NO_JOINT
 from screw_kinematics.pipeline import NO_SOLUTION, OVERFLOW, RobotPipeline
-
-MS = 1_000_000
-START = 1_700_000_000_000_000_000
-NAMES = ('q1', 'q2', 'q3')
-MEASURED = MotionSettings(velocity_source='measured')
-ARM = SerialChain([
-    Joint('q1', 'revolute', axis=(0, 0, 1)),
-    Joint('q2', 'revolute', axis=(0, 1, 0), point=(0.1, 0, 0.3)),
-    Joint('q3', 'prismatic', axis=(1, 0, 0))],
-    [[1, 0, 0, 0.8], [0, 1, 0, 0], [0, 0, 1, 0.3], [0, 0, 0, 1]])
-
-
-def joints(t):
-    """Return positions, velocities and accelerations of a smooth motion."""
-    w, a = np.array([1.0, 1.5, 0.7]), np.array([0.4, 0.3, 0.1])
-    return a * np.sin(w * t), a * w * np.cos(w * t), -a * w * w * np.sin(w * t)
-
-
-def make(settings=MEASURED, outputs=('twist',), **options):
-    """Return a pipeline of the arm that wants some outputs."""
-    pipeline = RobotPipeline(ARM.joint_names, settings, **options)
-    pipeline.want(ARM.compile(outputs=outputs))
-    return pipeline
-
-
-def feed(pipeline, n, start=START, names=NAMES, period=2 * MS, velocity=True):
-    """Give n samples of the motion; return the instants and values of the outputs."""
-    pick = [NAMES.index(name) for name in names]
-    outputs = []
-    for k in range(n):
-        q, qd, _ = joints(k * period * 1e-9)
-        values = pipeline.take(start + k * period, names, q[pick].tolist(),
-                               qd[pick].tolist() if velocity else ())
-        if values is not None:
-            outputs.append((pipeline.stamp_ns, values))
-    return outputs
-
-
-def assert_balanced(pipeline):
-    account = pipeline.account
-    assert account.received == account.used + account.refused.total()
 
 
 def test_measured_twist_is_the_chains_at_every_sample():
@@ -74,36 +33,6 @@ def test_estimated_acceleration_describes_the_instant_it_is_stamped_with(delay):
         assert np.allclose(values[:6], truth.classical(1), atol=1e-4)
         assert np.allclose(values[6:], truth.classical(2), atol=2e-3)
     assert_balanced(pipeline)
-
-
-@pytest.mark.parametrize('names', [
-    ('q3', 'q1', 'q2'), ('lamp', 'q2', 'q3', 'q1'), ('q1', 'q2', 'lamp', 'q3', 'finger')])
-def test_order_and_superfluous_joints_do_not_matter(names):
-    expected = feed(make(), 5)
-    pipeline, got = make(), []
-    for k in range(5):
-        q, qd, _ = joints(k * 2e-3)
-        q, qd = dict(zip(NAMES, q.tolist())), dict(zip(NAMES, qd.tolist()))
-        values = pipeline.take(START + k * 2 * MS, names, [q.get(n, math.nan) for n in names],
-                               [qd.get(n, math.nan) for n in names])
-        got.append((pipeline.stamp_ns, values))
-    assert got == expected
-
-
-def test_joints_in_several_messages_are_merged_at_one_instant():
-    whole = make(MotionSettings(), ('twist', 'accel'))
-    parts = make(MotionSettings(), ('twist', 'accel'))
-    feed(whole, 300)
-    for k in range(300):
-        q, qd, _ = joints(k * 2e-3)
-        t = START + k * 2 * MS
-        assert parts.take(t, ('q3',), [q[2]], [qd[2]]) is None
-        values = parts.take(t, ('q2', 'q1'), [q[1], q[0]], [qd[1], qd[0]])
-    truth = ARM.state(*joints(299 * 2e-3))
-    assert parts.stamp_ns == whole.stamp_ns == t
-    assert np.allclose(values[6:], truth.classical(2), atol=2e-3)
-    assert parts.account.waiting['merged_with_later_ones'] == 300 - 7
-    assert_balanced(parts)
 
 
 def bad_samples():
@@ -200,53 +129,6 @@ def test_other_settings_begin_anew_and_the_same_ones_go_on():
     pipeline.configure(replace(MotionSettings(), delay=0.01), 0.3)
     outputs = feed(pipeline, 50, START + 100 * MS)
     assert outputs[-1][0] == START + 100 * MS + 98 * MS - 10 * MS
-
-
-def test_silent_joints_are_missing_after_the_timeout_and_may_come_from_elsewhere():
-    pipeline = make(MotionSettings(), ('pose',))
-    assert pipeline.missing() == list(NAMES)
-    feed(pipeline, 5, names=('q1', 'q2'))
-    assert pipeline.missing() == ['q3']
-    pipeline.release_silent(0.0, 0.5)
-    feed(pipeline, 5, START + 10 * MS, names=('q1', 'q2'))
-    pipeline.release_silent(0.1, 0.5)
-    for now in (0.2, 0.4, 0.6):
-        pipeline.release_silent(now, 0.5)
-    assert pipeline.missing() == ['q3']
-    pipeline.release_silent(0.7, 0.5)
-    assert pipeline.missing() == list(NAMES)
-    assert len(feed(pipeline, 20, START + 900 * MS)) == 20
-
-
-def test_late_delivery_of_a_steady_stream_costs_no_sample():
-    pipeline = make(MotionSettings(), ('accel',))
-    feed(pipeline, 50)
-    for now in (0.0, 0.2, 0.4, 0.6):
-        pipeline.release_silent(now, 0.3)
-    assert pipeline.missing() == list(NAMES)
-    assert len(feed(pipeline, 50, START + 100 * MS)) == 50
-
-
-def test_a_larger_message_takes_the_place_of_its_parts():
-    pipeline = make(MotionSettings(), ('pose',))
-    feed(pipeline, 3, names=('q1',))
-    feed(pipeline, 3, names=('q3', 'q2'))
-    outputs = feed(pipeline, 20, START + 10 * MS)
-    assert len(outputs) == 20
-    for stamp, values in outputs:
-        q = joints((stamp - START - 10 * MS) * 1e-9)[0]
-        assert np.allclose(values[:3], ARM.pose(q)[:3, 3], rtol=1e-12)
-    assert feed(pipeline, 3, names=('q1',)) == []
-
-
-def test_a_node_that_was_held_up_does_not_take_its_queue_for_silence():
-    pipeline = make(MotionSettings(), ('twist',))
-    feed(pipeline, 50)
-    pipeline.release_silent(0.0, 0.5)
-    pipeline.release_silent(0.1, 0.5)
-    pipeline.release_silent(5.0, 0.5)
-    assert pipeline.missing() == []
-    assert len(feed(pipeline, 50, START + 100 * MS)) == 50
 
 
 def test_variances_are_those_of_the_estimator_and_unknown_where_measured():

@@ -25,8 +25,8 @@ def test_the_table_fits_and_nothing_is_cut_off(width):
     lines = console.file.getvalue().splitlines()
     assert max(map(len, lines)) <= width
     for row in ROWS:
-        shown, = (line for line in lines
-                  if line.split()[:1] == [(row.quantity if width >= 80 else row.symbol).split()[0]])
+        name = row.quantity if width >= 80 else row.symbol
+        shown, = (line for line in lines if line.strip().startswith(f'{name} '))
         numbers = [float(word) for word in shown.split() if word[-1].isdigit() and '/' not in word]
         assert np.allclose(numbers[:-1], row.measured, atol=5e-4)
         assert numbers[-1] == pytest.approx(row.error, rel=0.05)
