@@ -26,6 +26,7 @@ class Kernels(NamedTuple):
     weighted_mean: Any
     add_correction: Any
     roughness: Any
+    judge_velocity: Any
 
 
 _ready: list[Kernels] = []
@@ -59,6 +60,8 @@ def load() -> Kernels | None:
 
 def _define(cache: bool) -> Kernels:
     from numba import njit
+
+    from . import velocity_evidence_loops
 
     @njit(cache=cache, error_model='numpy')
     def weigh(new, table, velocity_table, span):  # type: ignore[no-untyped-def]
@@ -199,4 +202,5 @@ def _define(cache: bool) -> Kernels:
             noise /= moving * (samples - 4)
         return noise, moving
 
-    return Kernels(steady_step, weighted_mean, add_correction, roughness)
+    judge_velocity = njit(cache=cache, error_model='numpy')(velocity_evidence_loops.judge)
+    return Kernels(steady_step, weighted_mean, add_correction, roughness, judge_velocity)

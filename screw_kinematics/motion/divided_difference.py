@@ -1,6 +1,6 @@
 # Copyright screw_kinematics contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Fourth divided differences: what is left of a smooth motion is its noise."""
+"""Divided differences of high order: what is left of a smooth motion is its noise."""
 
 from __future__ import annotations
 
@@ -8,23 +8,22 @@ import numpy as np
 
 from .joint_motion import Array
 
-_DIAGONAL = np.eye(5)
-
 
 def divided_difference(t: Array) -> Array:
     """
-    Return the coefficients of the fourth divided difference on five stamps.
+    Return the coefficients of the divided difference of order n on n + 1 stamps.
 
-    It vanishes on cubics for any stamps, so that of a smooth motion it leaves the noise.
+    It vanishes on polynomials of lower degree for any stamps, so that of a smooth motion it
+    leaves the noise.
 
     Parameters
     ----------
-    t: shape (..., 5)
+    t: shape (..., n + 1)
         Stamps, s.
 
     Returns
     -------
-    Coefficients, shape (..., 5), divided by their norm: white noise keeps its variance.
+    Coefficients, shape (..., n + 1), divided by their norm: white noise keeps its variance.
 
     Examples
     --------
@@ -33,5 +32,5 @@ def divided_difference(t: Array) -> Array:
     True
 
     """
-    coefficients = 1.0 / (t[..., :, None] - t[..., None, :] + _DIAGONAL).prod(axis=-1)
+    coefficients = 1.0 / (t[..., :, None] - t[..., None, :] + np.eye(t.shape[-1])).prod(axis=-1)
     return coefficients / np.sqrt((coefficients**2).sum(axis=-1, keepdims=True))

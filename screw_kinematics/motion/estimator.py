@@ -19,6 +19,7 @@ from .mixture import mixture_covariance
 from .pace import Pace
 from .sampling_clock import roughness, SamplingClock
 from .steady_steps import Snapshot
+from .velocity_evidence import judge
 from .velocity_trust import VelocityTrust
 from .wiener_process import SCALE, transition
 from ..errors import InvalidValueError
@@ -73,10 +74,10 @@ class MotionEstimator(GuardedEstimator):
         self._lag = FixedLag(self.delay) if self.delay > 0 else None
         self._bank.remember = self._lag is not None
         self._clock = SamplingClock() if regularise else None
-        self._use(ready())
         self._pace = Pace()
         self._count = 0
         self._trust = VelocityTrust(n_joints) if velocity == 'auto' else None
+        self._use(ready())
 
     def _make_bank(self, window: float) -> FilterBank:
         return FilterBank(self.n_joints, BANDWIDTHS, window, self.keep_gains)
@@ -149,6 +150,8 @@ class MotionEstimator(GuardedEstimator):
             self._lag.kernels = kernels
         if self._clock is not None:
             self._clock.roughness = roughness if kernels is None else kernels.roughness
+        if self._trust is not None:
+            self._trust.judge = judge if kernels is None else kernels.judge_velocity
 
     def _exercise(self) -> None:
         """Run on made-up samples, so that the compiled functions are ready for the real ones."""

@@ -91,9 +91,12 @@ class FilterBank(SteadySteps):
             self.p[i, i] = (PRIOR_DEVIATION[i] * SCALE[i]) ** 2
         self.p[3, 3, :, 0] *= self._has_jerk
         self._noise = np.zeros((m, n))
-        self._velocity_noise = np.ones((m, n))
+        self._velocity_noise = np.zeros((m, n))
+        self._ratio: Array | None = None
+        self._used = np.zeros(n, bool)
         self._log_s = np.zeros((m, 1))
         self._log_s_velocity = np.zeros((m, 1))
+        self._alone = self._noise, self._log_s
         self._steps = 0
         self._weights = np.full((m, n), 1 / m)
 
@@ -135,6 +138,8 @@ class FilterBank(SteadySteps):
                     and 0.5 * reference < dt < 1.5 * reference):
                 return self._steady_step(steady, dt, position, velocity)
             self.release()
+        if ratio is not self._ratio:
+            self._expect(ratio)
         f = transition(dt)
         x = f.dot(self._x.reshape(4, -1)).reshape(self._x.shape)
         if ratio is not None and self.p.shape[3] == 1:
@@ -148,6 +153,28 @@ class FilterBank(SteadySteps):
         if reference and self._steps % CHECK == 0:
             self._settle(step, reference, ratio)
         return step if self.remember else None
+
+    def _expect(self, ratio: Array | None) -> None:
+        """
+        Be ready for velocities of other joints than before.
+
+        With velocities all filters follow the positions well, so that these tell little about
+        the bandwidth. Once the velocity of a joint is dropped, its filters are compared as they
+        were before it was used; else those that are too lively without it would rule for a
+        while. The mean squares of a velocity that was not used have faded: they go on from the
+        noise that is expected, the same for all filters, for else one innovation would decide.
+        """
+        used = np.zeros(self.n_joints, bool) if ratio is None else np.isfinite(ratio)
+        dropped, adopted = self._used & ~used, used & ~self._used
+        self._ratio, self._used = ratio, used
+        noise, log_s = self._alone
+        self._alone = (
+            np.where(adopted, self._noise, noise), np.where(adopted, self._log_s, log_s))
+        if dropped.any():
+            self._noise = np.where(dropped, noise, self._noise)
+            self._log_s = np.where(dropped, log_s, self._log_s)
+        missing = (self._weights * (self._noise - self._velocity_noise)).sum(axis=0)
+        self._velocity_noise = self._velocity_noise + np.maximum(missing, 0.0)
 
     def _predict_covariance(self, f: Array, dt: float, period: float) -> Array:
         shape = self.p.shape
