@@ -10,6 +10,7 @@ quartile in brackets. The results of all contenders are compared before anything
 """
 import argparse
 from collections.abc import Callable
+from functools import partial
 import importlib.util
 import json
 from pathlib import Path
@@ -86,8 +87,8 @@ def single(chain: SerialChain, urdf: str, motion: Any) -> list[Contender]:
         program = chain.compile(backend=backend)
         program.warm_up()
         evaluate = program.evaluate
-        contenders.append(Contender(f'ours, {label}', lambda f=evaluate: f(floats),
-                                    result=lambda f=evaluate: f(floats)))
+        contenders.append(Contender(
+            f'ours, {label}', partial(evaluate, floats), result=partial(evaluate, floats)))
     if program.backend == 'numba':
         workspace, run = program.workspace, program.run
         workspace[:program.inputs] = floats
@@ -140,7 +141,7 @@ def memory_limit(motion: Any, out: Any) -> Callable[[], None]:
     import numba
 
     @numba.njit(fastmath=True)
-    def read_and_write(q, qd, qdd, out):
+    def read_and_write(q: Any, qd: Any, qdd: Any, out: Any) -> None:
         for i in range(len(q)):
             total = 0.0
             for j in range(q.shape[1]):
@@ -149,7 +150,7 @@ def memory_limit(motion: Any, out: Any) -> Callable[[], None]:
                 out[i, j] = total
 
     out = np.zeros_like(out)
-    return lambda: read_and_write(*motion, out)
+    return lambda: read_and_write(motion[0], motion[1], motion[2], out)
 
 
 def check(contenders: list[Contender]) -> None:

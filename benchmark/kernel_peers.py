@@ -35,7 +35,7 @@ def pinocchio(urdf: str) -> Sample:
     data, tip = model.createData(), model.getFrameId(TIP)
     axes = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
 
-    def sample(q, qd, qdd):
+    def sample(q: Any, qd: Any, qdd: Any) -> tuple[Any, ...]:
         pin.forwardKinematics(model, data, q, qd, qdd)
         pose = pin.updateFramePlacement(model, data, tip)
         twist = pin.getFrameVelocity(model, data, tip, axes)
@@ -47,10 +47,10 @@ def pinocchio(urdf: str) -> Sample:
 
 def textbook(chain: SerialChain) -> Sample:
     """Product of exponentials with 4x4 and 6x6 matrices, as textbooks have it."""
-    def hat(w):
+    def hat(w: Any) -> Any:
         return np.array([[0, -w[2], w[1]], [w[2], 0, -w[0]], [-w[1], w[0], 0]])
 
-    def exponential(screw, angle):
+    def exponential(screw: Any, angle: float) -> Any:
         W = hat(screw[:3])
         W2 = W @ W
         T = np.eye(4)
@@ -59,16 +59,16 @@ def textbook(chain: SerialChain) -> Sample:
                     + (angle - np.sin(angle)) * W2) @ screw[3:]
         return T
 
-    def adjoint(T):
+    def adjoint(T: Any) -> Any:
         R = T[:3, :3]
         return np.block([[R, np.zeros((3, 3))], [hat(T[:3, 3]) @ R, R]])
 
-    def ad(V):
+    def ad(V: Any) -> Any:
         return np.block([[hat(V[:3]), np.zeros((3, 3))], [hat(V[3:]), hat(V[:3])]])
 
     home = chain.screws(np.zeros(chain.dof), 'base')
 
-    def sample(q, qd, qdd):
+    def sample(q: Any, qd: Any, qdd: Any) -> tuple[Any, ...]:
         T, V, A = np.eye(4), np.zeros(6), np.zeros(6)
         for screw, angle, rate, acceleration in zip(home, q, qd, qdd):
             present = adjoint(T) @ screw
@@ -95,7 +95,7 @@ def mujoco(urdf: str) -> Sample:
     arm = np.array([model.joint(name).dofadr[0] for name in JOINTS])
     twist, accel = np.empty(6), np.empty(6)
 
-    def sample(q, qd, qdd):
+    def sample(q: Any, qd: Any, qdd: Any) -> tuple[Any, ...]:
         data.qpos[arm], data.qvel[arm], data.qacc[arm] = q, qd, qdd
         mj.mj_kinematics(model, data)
         mj.mj_comPos(model, data)
@@ -123,7 +123,7 @@ def drake(urdf: str) -> Sample:
     state = np.zeros(plant.num_positions() + plant.num_velocities())
     rates = np.zeros(plant.num_velocities())
 
-    def sample(q, qd, qdd):
+    def sample(q: Any, qd: Any, qdd: Any) -> tuple[Any, ...]:
         state[arm], state[plant.num_positions() + arm], rates[arm] = q, qd, qdd
         plant.SetPositionsAndVelocities(context, state)
         pose = tip.CalcPoseInWorld(context)
@@ -143,7 +143,7 @@ def kinpy(urdf: str) -> Sample:
     import kinpy as kp
     chain = kp.build_serial_chain_from_urdf(urdf, TIP, BASE)
 
-    def sample(q, qd, qdd):
+    def sample(q: Any, qd: Any, qdd: Any) -> tuple[Any, ...]:
         pose = chain.forward_kinematics(q)
         return pose.pos, pose.rot_mat, chain.jacobian(q) @ qd
 
@@ -158,7 +158,7 @@ def roboticstoolbox(urdf: str) -> Sample:
         file.flush()
         robot = rtb.Robot.URDF(file.name).ets(start=BASE, end=TIP)
 
-    def sample(q, qd, qdd):
+    def sample(q: Any, qd: Any, qdd: Any) -> tuple[Any, ...]:
         pose = robot.eval(q)
         jacobian = robot.jacob0(q)
         rates = np.tensordot(robot.hessian0(q, J0=jacobian), qd, (0, 0))

@@ -61,8 +61,9 @@ class Trials:
         self._context = rclpy.Context()
         rclpy.init(context=self._context)
         self._node = rclpy.create_node('signals', context=self._context)
-        self._publish = self._node.create_publisher(
-            JointState, 'r0/joint_states', QoSProfile(depth=100)).publish
+        publisher = self._node.create_publisher(
+            JointState, 'r0/joint_states', QoSProfile(depth=100))
+        self._publish, self._listeners = publisher.publish, publisher.get_subscription_count
         self._outputs = 0
         for output, kind in (('twist', TwistStamped), ('accel', AccelStamped)):
             self._node.create_subscription(kind, f'r0/{output}', self._count, 100, raw=True)
@@ -78,7 +79,7 @@ class Trials:
         try:
             before = self._outputs
             if not self._feed(lambda: self._outputs > before or process.poll() is not None):
-                return 'no output', 0.0
+                return self._why_no_output(process), 0.0
             end = time.monotonic() + self._random.uniform(0.0, 0.5)
             self._feed(lambda: time.monotonic() > end)
             process.send_signal(signal.Signals[name])
@@ -104,6 +105,15 @@ class Trials:
         self._executor.shutdown()
         self._node.destroy_node()
         self._context.try_shutdown()
+
+    def _why_no_output(self, process: subprocess.Popen) -> str:
+        """Return how far a node has come that gave no output."""
+        heard = self._listeners()
+        offered = [self._node.count_publishers(f'r0/{output}') for output in OURS.outputs]
+        process.kill()
+        log = self._log.read_text(errors='replace')[-1000:]
+        return (f'no output within {PATIENCE:g} s: {heard} listen to the joint states, '
+                f'{offered} offer the outputs; {log}')
 
     def _feed(self, condition: Callable[[], bool]) -> bool:
         """Publish until a condition holds; return whether it does."""

@@ -12,6 +12,6 @@ ROOT = Path(__file__).parents[1]
 
 def test_types():
     run = subprocess.run([sys.executable, '-m', 'mypy', '--config-file', 'setup.cfg',
-                          'screw_kinematics'],
+                          'screw_kinematics', 'benchmark'],
                          cwd=ROOT, capture_output=True, text=True)
     assert run.returncode == 0, run.stdout + run.stderr

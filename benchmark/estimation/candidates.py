@@ -5,8 +5,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from time import perf_counter
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from benchmark.estimation.conditions import Condition, Recording
 import numpy as np
@@ -26,7 +27,7 @@ ONLINE: dict[str, Callable[[int], object]] = {
     'Savitzky-Golay, 30 ms': lambda n: SavitzkyGolay(n),
     'one Kalman filter': lambda n: FixedKalmanFilter(n),
     'bank, position only': lambda n: MotionEstimator(n, velocity='position-only'),
-    **{f'bank, {delay} ms': lambda n, d=delay: MotionEstimator(n, delay=1e-3 * d)
+    **{f'bank, {delay} ms': partial(MotionEstimator, delay=1e-3 * delay)
        for delay in (0, 10, 20, 50)},
 }
 
@@ -41,7 +42,8 @@ class Result(NamedTuple):
     cost: float
 
 
-def feed(estimator, stamps, positions, velocities) -> Result:
+def feed(estimator: Any, stamps: np.ndarray, positions: np.ndarray,
+         velocities: np.ndarray | None) -> Result:
     """Run an estimator sample by sample."""
     rows, cost, behind = [], [], []
     for k, stamp in enumerate(stamps.tolist()):

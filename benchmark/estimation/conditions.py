@@ -110,7 +110,8 @@ def record(kind: str, condition: Condition, seed: int) -> Recording:
         stamps[order], q[order], None if v is None else v[order], ordered, joints)
 
 
-def _velocity(condition: Condition, stamps, q, true_velocity, rng):
+def _velocity(condition: Condition, stamps: np.ndarray, q: np.ndarray, true_velocity: np.ndarray,
+              rng: np.random.Generator) -> np.ndarray | None:
     if condition.velocity is None:
         return None
     if condition.velocity == 'zero':

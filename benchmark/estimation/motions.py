@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -29,7 +29,7 @@ class PiecewisePolynomial:
     coefficients: list[np.ndarray] = field(default_factory=list)
     stops: list[tuple[float, float]] = field(default_factory=list)
 
-    def add(self, duration: float, coefficients) -> None:
+    def add(self, duration: float, coefficients: Sequence[float] | np.ndarray) -> None:
         self.breaks.append(self.time)
         padded = np.zeros(8)
         padded[:len(coefficients)] = coefficients
@@ -48,7 +48,7 @@ class PiecewisePolynomial:
         self.state[1:] = 0.0
         self.jerk(duration, 0.0)
 
-    def move(self, distance: float, duration: float, shape) -> None:
+    def move(self, distance: float, duration: float, shape: Sequence[float]) -> None:
         powers = duration ** -np.arange(len(shape), dtype=float)
         coefficients = distance * np.array(shape) * powers
         coefficients[0] += self.state[0]

@@ -52,13 +52,14 @@ def draw_traces(path: Path, seed: int) -> None:
     low, high = 1.0, 2.6
     shown = (t > low) & (t < high)
     axes.plot(t[shown], raw[shown], color='0.85', lw=0.6, label='twice differenced')
-    for name, result, style in (
-            (USUAL, run_usual(recording, condition), {'color': 'tab:orange', 'lw': 1}),
-            ('bank, 0 ms', run_online('bank, 0 ms', recording), {'color': 'tab:green', 'lw': 1}),
+    for name, result, colour, width in (
+            (USUAL, run_usual(recording, condition), 'tab:orange', 1.0),
+            ('bank, 0 ms', run_online('bank, 0 ms', recording), 'tab:green', 1.0),
             ('bank, 20 ms', run_online('bank, 20 ms', recording),
-             {'color': 'tab:blue', 'lw': 1.4})):
+             'tab:blue', 1.4)):
         part = (result.t > low) & (result.t < high)
-        axes.plot(result.t[part], result.acceleration[part, 0], label=name, **style)
+        axes.plot(result.t[part], result.acceleration[part, 0], label=name,
+                  color=colour, lw=width)
     truth = recording.truth(t[shown])[2][:, 0]
     axes.plot(t[shown], truth, 'k--', lw=1, label='truth')
     span = np.abs(truth).max()

@@ -4,6 +4,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from typing import Any
+
 from benchmark.estimation.candidates import Result, USUAL
 from benchmark.estimation.conditions import Recording
 from benchmark.estimation.motions import MOVING
@@ -38,19 +41,19 @@ def score(recording: Recording, result: Result) -> dict[str, float]:
     return scores
 
 
-def geometric_mean(values) -> float:
+def geometric_mean(values: Iterable[float]) -> float:
     """Return the geometric mean."""
     return float(np.exp(np.mean(np.log(np.asarray(list(values))))))
 
 
-def summary(cells: list[dict], candidate: str) -> dict[str, float]:
+def summary(cells: list[dict], candidate: str) -> dict[str, Any]:
     """
     Return the summary of one candidate.
 
     `relative` is the geometric mean over the moving cells of the acceleration error over that of
     today's usual practice; `worst` the largest of those; `velocity` the same for the velocity.
     """
-    def ratios(cells, key='acceleration'):
+    def ratios(cells: list[dict], key: str = 'acceleration') -> list[float]:
         return [c['scores'][candidate][key] / c['scores'][USUAL][key] for c in cells]
 
     moving = [c for c in cells if c['motion'] in MOVING]

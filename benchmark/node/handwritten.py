@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The kinematics of a Panda as it is commonly written for one robot: with small arrays."""
 import numpy as np
+from sensor_msgs.msg import JointState
 
 from .robot import JOINTS
 
@@ -44,7 +45,7 @@ class HandwrittenKinematics:
     def __init__(self) -> None:
         self._last: tuple[float, np.ndarray] | None = None
 
-    def update(self, message) -> tuple[np.ndarray, np.ndarray]:
+    def update(self, message: JointState) -> tuple[np.ndarray, np.ndarray]:
         """Return twist and acceleration, linear first."""
         index = [message.name.index(name) for name in JOINTS]
         q = np.array(message.position)[index]

@@ -6,8 +6,10 @@ Other nodes for comparison: from joint states to a twist and an acceleration.
 Run one with `python -m benchmark.node.peers KIND ROBOTS`. Each robot r0, r1, ... has its own
 topic of joint states, as in all of this benchmark.
 """
+from collections.abc import Callable
 import functools
 import sys
+from typing import Any
 
 from geometry_msgs.msg import AccelStamped, TwistStamped
 import rclpy
@@ -17,6 +19,8 @@ from screw_kinematics.ros import middleware
 from sensor_msgs.msg import JointState
 
 from .robot import BASE, JOINTS, TIP, URDF
+
+Compute = Callable[[JointState], tuple[Any, Any]]
 
 
 def relay(node: Node, robot: str) -> None:
@@ -57,7 +61,7 @@ def numpy(node: Node, robot: str) -> None:
     publish_both(node, robot, HandwrittenKinematics().update)
 
 
-def publish_both(node: Node, robot: str, compute) -> None:
+def publish_both(node: Node, robot: str, compute: Compute) -> None:
     """Subscribe as most nodes do; compute returns two vectors, linear first."""
     twist_publisher = node.create_publisher(TwistStamped, f'{robot}/twist', 10)
     accel_publisher = node.create_publisher(AccelStamped, f'{robot}/accel', 10)

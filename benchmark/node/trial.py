@@ -113,6 +113,7 @@ class Trial:
         while self._received < 20 * self._robots:
             if process.poll() is not None or time.perf_counter() - started > PATIENCE:
                 process.kill()
+                assert process.stderr is not None
                 raise RuntimeError(f'{self._contender.name} does not answer: '
                                    f'{process.stderr.read().decode()[-2000:]}')
             self._send()
