@@ -10,8 +10,9 @@ import numpy as np
 
 JOINTS = [f'panda_joint{i}' for i in range(1, 8)]
 BASE, TIP = 'panda_link0', 'panda_link8'
-URDF = next(Path(str(example.locate_file(file))) for example in [distribution('example-robot-data')]
-            for file in example.files or () if file.as_posix().endswith('/panda.urdf'))
+_FILES = distribution('example-robot-data')
+URDF = next(Path(str(_FILES.locate_file(file))) for file in _FILES.files or ()
+            if file.as_posix().endswith('/panda.urdf'))
 
 PERIOD_NS = 1_000_000
 _SAMPLES = 5000     # the motion repeats after this many
