@@ -8,13 +8,12 @@ from chains import robot
 import numpy as np
 from parallel_geometry import moment, ROBOTS
 import pytest
-from test_parallel_branches import (
-    parallelogram, planar_joints, pose_of, singular_yaw, stretched)
-
 from screw_kinematics import Joint, SerialChain
 from screw_kinematics.errors import (
     AssemblyModeError, ClosureError, ScrewKinematicsError, SingularityError)
 from screw_kinematics.parallel import ParallelManipulator
+from test_parallel_branches import (
+    parallelogram, planar_joints, pose_of, singular_yaw, stretched)
 
 load = cache(robot)
 PERIOD = 0.002
