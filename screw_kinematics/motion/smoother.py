@@ -157,17 +157,18 @@ def _velocity_ratio(times: Array, positions: Array, velocities: Array) -> Array 
     """Return the velocity's noise ratio per joint, judged on stretches spread over the record."""
     count = len(times)
     stretch = 2000
-    ratios = []
+    trust = VelocityTrust(positions.shape[1])
+    worst = np.zeros(trust.n_joints)
     for begin in np.linspace(0, max(0, count - stretch), min(8, -(-count // stretch))).astype(int):
-        trust = VelocityTrust(positions.shape[1])
+        trust.start()
         for k in range(begin, min(begin + stretch, count)):
             trust.push(times[k], positions[k], velocities[k])
-        if trust.ratio is None:
-            return None
-        ratios.append(trust.ratio)
-    # One stretch of distrust is enough: the worst ratio counts.
-    worst = np.max(ratios, axis=0)
-    worst[~np.isfinite(velocities).all(axis=0)] = np.inf
+        ratio = np.full_like(worst, np.inf) if trust.ratio is None else trust.ratio
+        # One stretch of distrust is enough: the worst ratio counts. Those that prove nothing do
+        # not.
+        distrust = trust.lagging | trust.differenced | np.isfinite(ratio)
+        worst = np.where(distrust, np.maximum(worst, ratio), worst)
+    worst[(worst == 0.0) | ~np.isfinite(velocities).all(axis=0)] = np.inf
     return worst if np.isfinite(worst).any() else None
 
 

@@ -37,7 +37,7 @@ REPETITION_LIMIT, LEAST_SHARE = 0.5, 0.15
 """Correlation of the velocity with the noise of differenced positions beyond which velocity
 brings no news; and the least share of the velocity's noise for that."""
 
-TELLING_LAG = 5e-3
+TELLING_LAG = 3e-3
 """A velocity is used when it would have shown if it were as late as this, s."""
 
 FEW = 24
