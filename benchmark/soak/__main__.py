@@ -35,6 +35,8 @@ def main() -> int:
     parser.add_argument('--seed', type=int, default=1)
     parser.add_argument('--only', nargs='+', metavar='TEXT', default=[''],
                         help='only faults whose name contains one of these')
+    parser.add_argument('--relay', action='store_true',
+                        help='run a bare relay beside the node, to compare its memory')
     parser.add_argument('--json', type=Path,
                         help='file for all figures, brought up to date after each fault')
     options = parser.parse_args()
@@ -58,8 +60,8 @@ def main() -> int:
                 if options.json:
                     write(soak.result, options.json)
 
-            soak = Soak(Rig(Path(directory), options.rate, options.seed), options.seed,
-                        options.calm, tell)
+            rig = Rig(Path(directory), options.rate, options.seed, options.relay)
+            soak = Soak(rig, options.seed, options.calm, tell)
             result = soak.run(seconds, names)
         logs = Path(directory, 'node.log').read_text(errors='replace')
         if 'Traceback' in logs:
@@ -99,10 +101,10 @@ def tables(result: Result) -> list[Table]:
     counts = [a.refused + a.of_topic + a.waiting for a in result.accounts]
     for reason in sorted(set().union(*counts)):
         reasons.add_row(reason, *(f'{c[reason]:,}' for c in counts))
-    slope = 'too short to tell' if result.rss_slope is None else f'{result.rss_slope:+.1f} KiB/min'
     summary = Table('', 'figure')
-    summary.add_row('memory of the node', f'{result.rss_start / 1024:.1f} MiB to '
-                                          f'{result.rss_end / 1024:.1f} MiB, {slope}')
+    summary.add_row('memory of the node', result.memory.told())
+    if result.relay_memory.samples:
+        summary.add_row('memory of a bare relay beside it', result.relay_memory.told())
     summary.add_row('latency in calm times: p50, p99, worst', ', '.join(
         f'{x * 1e3:.2f} ms' for x in (
             result.latency_p50, result.latency_p99, result.latency_worst)))

@@ -18,9 +18,10 @@ from std_msgs.msg import String
 
 from .books import Account, read
 from .checks import Permitted, TopicCheck
-from .robots import DESCRIPTIONS, ROBOTS, SAMPLES, TICK_NS
+from .memory import Memory
+from .robots import (
+    DESCRIPTIONS, INPUT_DEPTH, KINDS, OUTPUT_DEPTH, ROBOTS, SAMPLES, TICK_NS)
 from .shared import Progress
-from .stalling import KINDS
 
 PATIENCE = 120.0
 DEEP = QoSProfile(depth=100_000)
@@ -45,12 +46,14 @@ class Rig:
     rate : int
         Samples of each robot in a second.
     seed : int
+    relay : bool
+        Whether a bare relay runs beside the node.
 
     """
 
-    def __init__(self, directory: Path, rate: int, seed: int) -> None:
+    def __init__(self, directory: Path, rate: int, seed: int, relay: bool = False) -> None:
         self.permitted = Permitted()
-        self.rss: list[tuple[float, float]] = []
+        self.memory, self.relay_memory = Memory(), Memory()
         self._directory, self._rate, self._seed = directory, rate, seed
         self.progress = Progress(directory / 'progress', len(ROBOTS))
         begin = time.time_ns() // TICK_NS // SAMPLES * SAMPLES
@@ -73,10 +76,11 @@ class Rig:
             depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL))
         self.describe(DESCRIPTIONS[0])
         self._logs = {name: open(directory / f'{name}.log', 'ab')
-                      for name in ('node', 'source', 'stalling')}
+                      for name in ('node', 'source', 'stalling', 'relay')}
         self.node = self._start_node()
+        self._relay = self._start_module('relay') if relay else None
         self._next_check = self._next_rss = 0.0
-        self.stalling = self._start('stalling', [sys.executable, '-m', 'benchmark.soak.stalling'])
+        self.stalling = self._start_module('stalling')
         self._command_number = 0
         self.start_source()
 
@@ -86,6 +90,10 @@ class Rig:
         return subprocess.Popen(command, stdin=subprocess.PIPE, stdout=self._logs[name],
                                 stderr=subprocess.STDOUT, env=os.environ)
 
+    def _start_module(self, name: str, *arguments: object) -> subprocess.Popen:
+        return self._start(name, [sys.executable, '-m', f'benchmark.soak.{name}',
+                                  *map(str, arguments)])
+
     def _start_node(self) -> subprocess.Popen:
         parameters: dict[str, Any] = {
             'robots': [robot.name for robot in ROBOTS], 'diagnostics_rate': 5.0,
@@ -94,8 +102,9 @@ class Rig:
             parameters[robot.name] = robot.parameters | {
                 'joint_states_topic': f'{robot.name}/joint_states'}
             parameters['qos_overrides'] |= {
-                f'/{robot.name}/joint_states': {'subscription': KEEP | {'depth': 100_000}}} | {
-                f'/{robot.name}/{output}': {'publisher': KEEP | {'depth': 5_000}}
+                f'/{robot.name}/joint_states': {
+                    'subscription': KEEP | {'depth': INPUT_DEPTH}}} | {
+                f'/{robot.name}/{output}': {'publisher': KEEP | {'depth': OUTPUT_DEPTH}}
                 for output in robot.outputs}
         file = self._directory / 'parameters.yaml'
         file.write_text(json.dumps({'/**': {'ros__parameters': parameters}}))   # JSON is YAML
@@ -103,15 +112,15 @@ class Rig:
 
     def start_source(self) -> None:
         """Start the source, which waits for a command."""
-        self.source = self._start('source', [
-            sys.executable, '-m', 'benchmark.soak.source', str(self._directory / 'progress'),
-            str(self._rate), str(self._seed + self._command_number)])
+        self.source = self._start_module(
+            'source', self._directory / 'progress', self._rate,
+            self._seed + self._command_number, 1 if self._relay is None else 2)
 
     def restart_subscriber(self) -> None:
         """Kill the other subscriber, and start a new one."""
         self.stalling.kill()
         self.stalling.wait()
-        self.stalling = self._start('stalling', [sys.executable, '-m', 'benchmark.soak.stalling'])
+        self.stalling = self._start_module('stalling')
 
     def command(self, name: str, *arguments: Any) -> None:
         """Have the source do something, and wait until it is done."""
@@ -128,9 +137,10 @@ class Rig:
 
     def close(self) -> int:
         """End everything; return the exit code of the node."""
-        for process in (self.source, self.stalling):
-            process.kill()
-            process.wait()
+        for process in (self.source, self.stalling, self._relay):
+            if process is not None:
+                process.kill()
+                process.wait()
         self.node.send_signal(signal.SIGINT)
         try:
             code = self.node.wait(30)
@@ -183,8 +193,9 @@ class Rig:
             raise Broken(f'the node ended with code {self.node.returncode}')
         now = time.monotonic()
         if now >= self._next_rss:
-            pages = int(Path(f'/proc/{self.node.pid}/statm').read_text().split()[1])
-            self.rss.append((now, pages * os.sysconf('SC_PAGE_SIZE') / 1024))
+            self.memory.look(self.node.pid)
+            if self._relay is not None:
+                self.relay_memory.look(self._relay.pid)
             self._next_rss = now + 1.0
 
     def _report(self, array: DiagnosticArray) -> None:

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
+from geometry_msgs.msg import AccelStamped, TwistStamped
 import numpy as np
 
 from screw_kinematics import models
@@ -18,6 +19,10 @@ from ..node.robot import message_body, TIP, URDF
 
 TICK_NS = 1_000_000
 SAMPLES = 5000      # the motion repeats after this many ticks
+KINDS = {'twist': TwistStamped, 'accel': AccelStamped}
+RELAYED = 'relayed/'    # before the names of a relay's outputs
+INPUT_DEPTH, OUTPUT_DEPTH = 100_000, 5_000
+
 RIVAL_NS = TICK_NS // 2
 """Stamps of a second publisher lie this much beside those of the first."""
 

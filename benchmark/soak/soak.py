@@ -17,6 +17,7 @@ import numpy as np
 from .books import Account
 from .checks import BINS, Permitted, Tally
 from .faults import BURST, FAULTS
+from .memory import MAX_SLOPE, Memory, SLOPE_MINUTES
 from .rig import Broken, Rig
 from .robots import ROBOTS
 from .tail import check_tail
@@ -24,23 +25,6 @@ from .tail import check_tail
 SETTLING_TICKS = 1500
 SILENCE = 5.0
 """After so long without anything new, what is missing does not come any more [s]."""
-
-MAX_SLOPE = 60.0
-"""Of the node's memory in the second half of the run [KiB/min], where that tells."""
-
-SLOPE_MINUTES = 5.0
-"""
-Shortest time in which a slope tells of growth.
-
-The middleware keeps what a queue has once needed, some 1 KiB for each message. A reliable
-publisher queues up to its depth while a subscriber does not acknowledge, be it stopped or
-killed; an input queues what comes while the node is busy or gets no processor. So memory grows
-by a step whenever a queue is longer than ever before. While 60 subscribers were killed one
-after another, that of the node grew by 37 MiB until all queues of outputs had been full once,
-and by 0.6 MiB in all during the last 30; that of a bare relay (raw messages, same topics and
-depths) by 29 and by 1.6 MiB. A run that is long enough for a slope
-therefore begins by having all queues longer than any fault will make them.
-"""
 
 STRETCH = 2 * BURST
 """Messages in the burst for each robot with which a run begins that is long enough for a slope."""
@@ -68,10 +52,8 @@ class Result:
     accounts: list[Account] = field(default_factory=list)
     tallies: dict[str, Tally] = field(default_factory=dict)
     failures: list[str] = field(default_factory=list)
-    rss_start: float = 0.0
-    rss_end: float = 0.0
-    rss_slope: float | None = None
-    rss: list[tuple[float, float]] = field(default_factory=list)
+    memory: Memory = field(default_factory=Memory)
+    relay_memory: Memory = field(default_factory=Memory)
     latency_p50: float = 0.0
     latency_p99: float = 0.0
     latency_worst: float = 0.0
@@ -134,7 +116,8 @@ class Soak:
                 self._episode(kinds[turn] if turn < len(kinds) else self._random.choice(kinds))
                 turn += 1
                 if turn == len(kinds):
-                    del rig.rss[:-1]        # what each kind of fault takes is taken now
+                    rig.memory.forget()     # what each kind of fault takes is taken now
+                    rig.relay_memory.forget()
                 self._conclude()
         except Broken as error:
             self._failures.append(str(error))
@@ -278,16 +261,7 @@ class Soak:
         result.latency_worst = max(check.worst_latency for check in rig.checks.values())
         result.latency_worst_in_faults = max(
             check.worst_in_faults for check in rig.checks.values())
-        result.rss_slope = None
-        if rig.rss:
-            t, kib = np.array(rig.rss).T
-            result.rss = rig.rss
-            result.rss_start, result.rss_end = float(kib[0]), float(kib[-1])
-            # Queues reach their greatest length in the first half.
-            late = t >= (t[0] + t[-1]) / 2
-            minutes = (t[late] - t[0]) / 60
-            if np.ptp(minutes) >= SLOPE_MINUTES:
-                result.rss_slope = float(np.polyfit(minutes, kib[late], 1)[0])
-                if result.rss_slope > MAX_SLOPE:
-                    result.failures.append(
-                        f'memory grows by {result.rss_slope:.1f} KiB/min')
+        result.memory, result.relay_memory = rig.memory, rig.relay_memory
+        slope = rig.memory.slope
+        if slope is not None and slope > MAX_SLOPE:
+            result.failures.append(f'memory grows by {slope:.1f} KiB/min')

@@ -3,7 +3,8 @@
 """
 The drivers of all robots, in a process of their own that may be killed at any time.
 
-Run by `benchmark.soak`, with a file of progress, a rate and a seed; takes commands, one JSON
+Run by `benchmark.soak`, with a file of progress, a rate, a seed and the number
+of nodes that listen; takes commands, one JSON
 list on a line: a number, the name of a method of `Source`, and its arguments.
 """
 from collections import deque
@@ -20,7 +21,7 @@ import rclpy
 from rclpy.qos import QoSProfile
 from sensor_msgs.msg import JointState
 
-from .robots import RIVAL_NS, ROBOTS, SAMPLES, TICK_NS
+from .robots import INPUT_DEPTH, RIVAL_NS, ROBOTS, SAMPLES, TICK_NS
 from .shared import Progress, RING
 from ..node.robot import message_body
 
@@ -35,7 +36,7 @@ _HEAD = b'\0\1\0\0'
 class Source:
     """Publishes the joint states of all robots at a rate, and what it is told to beside."""
 
-    def __init__(self, file: Path, rate: int, seed: int) -> None:
+    def __init__(self, file: Path, rate: int, seed: int, listeners: int) -> None:
         self._random = Random(seed)
         self._progress = Progress(file, len(ROBOTS))
         self._numbers = self._progress.numbers
@@ -43,12 +44,12 @@ class Source:
         self._period = 1.0 / rate
         self._node = rclpy.create_node('source')
         publishers = [[self._node.create_publisher(
-            JointState, f'{robot.name}/joint_states', QoSProfile(depth=100_000))
+            JointState, f'{robot.name}/joint_states', QoSProfile(depth=INPUT_DEPTH))
             for robot in ROBOTS] for _ in range(2)]
         self._publish, self._publish_rival = (
             [publisher.publish for publisher in each] for each in publishers)
         # What is published before the node is found does not reach it.
-        while not all(p.get_subscription_count() for each in publishers for p in each):
+        while any(p.get_subscription_count() < listeners for each in publishers for p in each):
             time.sleep(0.01)
         self._bodies = [robot.bodies() for robot in ROBOTS]
         self._rivals = [robot.bodies(rival=True) for robot in ROBOTS]
@@ -202,10 +203,10 @@ def _read_commands(commands: deque[list]) -> None:
 
 def main() -> None:
     """Run the source of which the arguments tell."""
-    file, rate, seed = sys.argv[1:]
+    file, rate, seed, listeners = sys.argv[1:]
     rclpy.init(args=[])
     commands: deque[list] = deque()
-    source = Source(Path(file), int(rate), int(seed))
+    source = Source(Path(file), int(rate), int(seed), int(listeners))
     threading.Thread(target=_read_commands, args=(commands,), daemon=True).start()
     source.run(commands)
 

@@ -1,13 +1,10 @@
 # Copyright screw_kinematics contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A subscriber of all outputs, to be stopped while it has messages to take."""
-from geometry_msgs.msg import AccelStamped, TwistStamped
+"""A subscriber of all outputs, also of a relay's, to be stopped while it has messages to take."""
 import rclpy
 from rclpy.experimental import EventsExecutor
 
-from .robots import ROBOTS
-
-KINDS = {'twist': TwistStamped, 'accel': AccelStamped}
+from .robots import KINDS, RELAYED, ROBOTS
 
 
 def main() -> None:
@@ -16,8 +13,9 @@ def main() -> None:
     node = rclpy.create_node('stalling')
     for robot in ROBOTS:
         for output in robot.outputs:
-            node.create_subscription(
-                KINDS[output], f'{robot.name}/{output}', lambda _: None, 10, raw=True)
+            for prefix in ('', RELAYED):
+                node.create_subscription(KINDS[output], f'{prefix}{robot.name}/{output}',
+                                         lambda _: None, 10, raw=True)
     executor = EventsExecutor()
     executor.add_node(node)
     while rclpy.ok():
