@@ -5,13 +5,16 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from concurrent.futures import Future
-from queue import SimpleQueue
+from itertools import count
+from queue import PriorityQueue
 from threading import Thread
 from typing import Any
 
 from ..errors import ScrewKinematicsError
 
 Work = Callable[[], Any]
+_Queue = PriorityQueue[tuple[int, int, Future[Any], Work | None]]
+_NOW, _LATER, _LAST = range(3)
 
 
 class Background:
@@ -24,14 +27,15 @@ class Background:
     """
 
     def __init__(self) -> None:
-        self._waiting: SimpleQueue[tuple[Future[Any], Work] | None] = SimpleQueue()
+        self._waiting: _Queue = PriorityQueue()
+        self._numbers = count()
         self._jobs: list[tuple[Future[Any], Callable[[Any], None],
                                Callable[[ScrewKinematicsError], None]]] = []
         # A pool of threads would be waited for.
         Thread(target=_run, args=(self._waiting,), name='compile', daemon=True).start()
 
     def submit(self, work: Work, done: Callable[[Any], None],
-               failed: Callable[[ScrewKinematicsError], None]) -> None:
+               failed: Callable[[ScrewKinematicsError], None], urgent: bool = True) -> None:
         """
         Begin some work.
 
@@ -41,16 +45,19 @@ class Background:
             Runs in the other thread.
         done, failed : callable
             Run in :meth:`collect`, with the result or with the error.
+        urgent : bool
+            Whether to do it before all that is not; else in the order of submission.
 
         """
         future: Future[Any] = Future()
         self._jobs.append((future, done, failed))
-        self._waiting.put((future, work))
+        self._waiting.put((_NOW if urgent else _LATER, next(self._numbers), future, work))
 
     def collect(self) -> None:
-        """Hand over the results that are there, in the order of the work."""
-        while self._jobs and self._jobs[0][0].done():
-            future, done, failed = self._jobs.pop(0)
+        """Hand over the results that are there, in the order of submission."""
+        for job in [job for job in self._jobs if job[0].done()]:
+            self._jobs.remove(job)
+            future, done, failed = job
             error = future.exception()
             if error is None:
                 done(future.result())
@@ -64,12 +71,14 @@ class Background:
         for future, _, _ in self._jobs:
             future.cancel()
         self._jobs.clear()
-        self._waiting.put(None)
+        self._waiting.put((_LAST, 0, Future(), None))
 
 
-def _run(waiting: SimpleQueue[tuple[Future[Any], Work] | None]) -> None:
-    while (job := waiting.get()) is not None:
-        future, work = job
+def _run(waiting: _Queue) -> None:
+    while True:
+        _, _, future, work = waiting.get()
+        if work is None:
+            return
         if not future.set_running_or_notify_cancel():
             continue
         try:

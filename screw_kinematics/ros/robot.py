@@ -211,7 +211,7 @@ class Robot:
             done(program)
             if number == self._latest_compilation:
                 # Machine code, where Numba is installed, takes over when it is there.
-                self._background.submit(partial(make, 'auto'), done, failed)
+                self._background.submit(partial(make, 'auto'), done, failed, urgent=False)
 
         def failed(error: ScrewKinematicsError) -> None:
             self._log.error(f'{self.name}: {error}')
