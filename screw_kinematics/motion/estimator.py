@@ -9,17 +9,18 @@ from functools import partial
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from .compiled import announce, Kernels, load, ready
+from .compiled_run import CompiledRun, Parts
 from .filter_bank import BANDWIDTHS, FilterBank
-from .fixed_lag import FixedLag, Parts
+from .fixed_lag import FixedLag, Parts as SmoothedParts
 from .guarded_estimator import GuardedEstimator
-from .joint_motion import Array, JointMotion
+from .joint_motion import Array, CovarianceSource, JointMotion
 from .mixture import mixture_covariance
 from .pace import Pace
-from .sampling_clock import roughness, SamplingClock
+from .sampling_clock import SamplingClock
 from .steady_steps import Snapshot
-from .velocity_evidence import judge
 from .velocity_trust import VelocityTrust
 from .wiener_process import SCALE, transition
 from ..errors import InvalidValueError
@@ -75,48 +76,89 @@ class MotionEstimator(GuardedEstimator):
         self._bank.remember = self._lag is not None
         self._clock = SamplingClock() if regularise else None
         self._pace = Pace()
-        self._count = 0
         self._trust = VelocityTrust(n_joints) if velocity == 'auto' else None
+        self._instant = 0.0
+        self._count = 0
+        self._source: tuple[Snapshot, Array | None]
+        self._run: CompiledRun | None = None
         self._use(ready())
 
     def _make_bank(self, window: float) -> FilterBank:
         return FilterBank(self.n_joints, BANDWIDTHS, window, self.keep_gains)
 
+    def push(
+        self, stamp: float, position: ArrayLike, velocity: ArrayLike | None = None
+    ) -> bool:
+        """Take one sample, as `update` does; return whether there is an estimate."""
+        run = self._run
+        if run is not None and (run.active or run.enter(self._instant)):
+            if run.take(stamp, position, velocity):
+                self.stamp = run.instant - self.delay
+                return True
+            self._leave_run()
+        return super().push(stamp, position, velocity)
+
+    def values(self) -> Sequence[float]:
+        """Return positions, velocities, accelerations and jerks of that estimate in a row."""
+        run = self._run
+        return super().values() if run is None or not run.active else run.values()
+
+    def motion(self) -> JointMotion:
+        """Return the estimate that the latest sample led to; it stays as it is."""
+        run = self._run
+        if run is None or not run.active:
+            return super().motion()
+        onward = transition(run.onward) if self.delay else None
+        return JointMotion(
+            self.stamp, run.state(), partial(self._covariance, run.snapshot(), onward))
+
+    def reset(self) -> None:
+        """Forget every sample; the counts stay."""
+        self._leave_run()
+        self._bank.release()
+        super().reset()
+
+    def _leave_run(self) -> None:
+        """Go on with the parts."""
+        run = self._run
+        if run is not None and run.active:
+            onward = transition(run.onward) if self.delay else None
+            self._instant, taken, self._state, snapshot = run.leave()
+            self._count += taken
+            self._source = snapshot, onward
+
     def _start(self, stamp: float, position: Array, velocity: Array | None) -> None:
         self._bank.start(position)
         self._count = 1
-        self._pace.start()
-        self._stamp = stamp
-        if self._clock is not None:
-            self._clock.start()
-        if self._lag is not None:
-            self._lag.start()
-        if self._trust is not None:
-            self._trust.start()
+        self._instant = stamp
+        for part in self._pace, self._clock, self._lag, self._trust:
+            if part is not None:
+                part.start()
 
     def _advance(
         self, stamp: float, dt: float, position: Array, velocity: Array | None
-    ) -> JointMotion | None:
+    ) -> Array | None:
+        pace = self._pace
         if self._clock is not None:
             stamp = self._clock.push(stamp, position)
-            dt = stamp - self._stamp
-            if not dt > 0.1 * self._pace.period:
-                dt = 0.1 * (self._pace.period or dt)
-                stamp = self._stamp + dt
-        self._stamp = stamp
+            dt = stamp - self._instant
+            if not dt > 0.1 * pace.period:
+                dt = 0.1 * (pace.period or dt)
+                stamp = self._instant + dt
+        self._instant = stamp
         self._count += 1
-        self._pace.push(dt)
+        pace.push(dt)
         ratio = None
         if self._trust is not None:
             velocity, ratio = self._trust.push(stamp, position, velocity)
         bank = self._bank
-        step = bank.step(
-            dt, self._pace.period, self._pace.reference, position, velocity, ratio)
+        step = bank.step(dt, pace.period, pace.reference, position, velocity, ratio)
         if step is None:
             if self._count < self.min_samples:
                 return None
-            return JointMotion(
-                stamp, bank.state, partial(self._covariance, bank.snapshot()))
+            self.stamp = stamp
+            self._source = bank.snapshot(), None
+            return bank.state
         assert self._lag is not None
         self._lag.push(stamp, step, bank.steady)
         wanted = stamp - self.delay
@@ -125,10 +167,11 @@ class MotionEstimator(GuardedEstimator):
             return None
         time, mean, parts = smoothed
         onward = transition(wanted - time)
-        state = onward.dot(mean)
+        state: Array = onward.dot(mean)
         state *= PHYSICAL
-        return JointMotion(
-            wanted, state, partial(self._covariance, bank.snapshot(), parts, onward))
+        self.stamp = wanted
+        self._source = partial(_of_parts, bank.snapshot(), parts), onward
+        return state
 
     def warm_up(self) -> None:
         """
@@ -145,22 +188,20 @@ class MotionEstimator(GuardedEstimator):
             announce(kernels)
 
     def _use(self, kernels: Kernels | None) -> None:
-        self._bank.kernels = kernels
-        if self._lag is not None:
-            self._lag.kernels = kernels
-        if self._clock is not None:
-            self._clock.roughness = roughness if kernels is None else kernels.roughness
-        if self._trust is not None:
-            self._trust.judge = judge if kernels is None else kernels.judge_velocity
+        """Go on in machine code whenever the run of samples is steady, or not (None)."""
+        self._leave_run()
+        self._kernels = kernels
+        self._run = None if kernels is None else CompiledRun(kernels, Parts(
+            self._guard, self._pace, self._clock, self._trust, self._bank, self._lag), self.delay)
 
     def _exercise(self) -> None:
         """Run on made-up samples, so that the compiled functions are ready for the real ones."""
         random = np.random.default_rng(0)
         for delay in (0.0, 0.01):
             trial = MotionEstimator(1, delay)
-            trial._use(self._bank.kernels)
+            trial._use(self._kernels)
             time = 0.0
-            while trial._bank.steady is None or time < 1.0:
+            while time < 1.0:
                 time += 4e-3
                 noise = random.normal(size=2)
                 trial.update(time, 0.5 * time + 1e-5 * noise[:1], 0.5 + 1e-2 * noise[1:])
@@ -175,6 +216,7 @@ class MotionEstimator(GuardedEstimator):
 
     def doubts(self, joint_names: Sequence[str] | None = None) -> list[str]:
         """Return what is odd about the samples, as short sentences; joints by name or index."""
+        self._leave_run()
         names: Iterable[object] = range(self.n_joints) if joint_names is None else joint_names
         found = []
         trust = self._trust
@@ -191,17 +233,22 @@ class MotionEstimator(GuardedEstimator):
             found.append('sampling is irregular')
         return found
 
-    def _covariance(
-        self, snapshot: Snapshot, parts: Parts | None = None, onward: Array | None = None
-    ) -> Array:
+    def _covariance_source(self) -> CovarianceSource:
+        return partial(self._covariance, *self._source)
+
+    def _covariance(self, snapshot: Snapshot, onward: Array | None) -> Array:
         weights, noise, x, p = snapshot()
-        if parts is not None:
-            x, p = parts()
         return mixture_covariance(weights, self._noise(noise), x, p, onward)
 
     def _noise(self, estimated: Array) -> Array:
         """Return the variance that the unit of the filters' covariances stands for."""
         return estimated
+
+
+def _of_parts(snapshot: Snapshot, parts: SmoothedParts) -> tuple[Array, Array, Array, Array]:
+    """Return a snapshot with other states and covariances."""
+    weights, noise, _, _ = snapshot()
+    return weights, noise, *parts()
 
 
 class FixedKalmanFilter(MotionEstimator):

@@ -9,10 +9,9 @@ import math
 
 import numpy as np
 
-from .compiled import FLOOR
 from .filter_step import Innovation, SteadyGains, Step
 from .joint_motion import Array
-from .steady_steps import SteadySteps
+from .steady_steps import FLOOR, SteadySteps
 from .wiener_process import process_noise, SCALE, TIME_UNIT, transition
 
 BANDWIDTHS = {4: tuple(1.5 * 1.6**k for k in range(12)), 3: (30.0, 60.0, 120.0)}
@@ -67,13 +66,12 @@ class FilterBank(SteadySteps):
         self, n_joints: int, bandwidths: Mapping[int, Sequence[float]], window: float,
         keep_gains: bool = True,
     ) -> None:
-        super().__init__(n_joints, window)
-        self.keep_gains = keep_gains
         order = np.array([n for n, f in bandwidths.items() for _ in f])
+        super().__init__(n_joints, len(order), window)
+        self.keep_gains = keep_gains
         omega = 2 * np.pi * np.array([f for fs in bandwidths.values() for f in fs])
         self._groups = [(n, order == n, omega ** (2 * n)) for n in bandwidths]
         self._has_jerk = (order == 4).astype(float)
-        self.n_filters = len(order)
         self.steady: SteadyGains | None = None
         self._kept: SteadyGains | None = None
         self._checked: Array | None = None
@@ -98,13 +96,14 @@ class FilterBank(SteadySteps):
         self._log_s_velocity = np.zeros((m, 1))
         self._alone = self._noise, self._log_s
         self._steps = 0
-        self._weights = np.full((m, n), 1 / m)
+        self.weights = np.full((m, n), 1 / m)
 
     def release(self) -> None:
         """Let the gains go again."""
         steady = self.steady
         if steady is not None:
-            self._bring_home(steady)
+            if self._unweighed_time:
+                self._reweigh_steady(steady)
             self._log_s, self._log_s_velocity = steady.log_s, steady.log_s_velocity
         self.steady = None
         self._checked = None
@@ -173,7 +172,7 @@ class FilterBank(SteadySteps):
         if dropped.any():
             self._noise = np.where(dropped, noise, self._noise)
             self._log_s = np.where(dropped, log_s, self._log_s)
-        missing = (self._weights * (self._noise - self._velocity_noise)).sum(axis=0)
+        missing = (self.weights * (self._noise - self._velocity_noise)).sum(axis=0)
         self._velocity_noise = self._velocity_noise + np.maximum(missing, 0.0)
 
     def _predict_covariance(self, f: Array, dt: float, period: float) -> Array:
@@ -230,7 +229,7 @@ class FilterBank(SteadySteps):
                 np.log(self._velocity_noise + FLOOR) + self._log_s_velocity)
         score = score - score.min(axis=0)
         weights = np.exp(-0.5 * self._span * score)
-        self._weights = weights = weights / weights.sum(axis=0)
+        self.weights = weights = weights / weights.sum(axis=0)
         self.state = np.einsum('mn,kmn->kn', weights, self._x) * self._physical
 
     def _settle(self, step: Step, reference: float, ratio: Array | None) -> None:
@@ -253,7 +252,8 @@ class FilterBank(SteadySteps):
         if step.velocity is not None:
             velocity_table = self._table(step.velocity, used)
         self.steady = self._kept = SteadyGains(
-            reference, ratio, step, gain, log_s, log_s_velocity, table, velocity_table)
+            reference, ratio, step, gain, log_s, log_s_velocity, table, velocity_table,
+            *(t.reshape(len(t), table[0].size)[:4] for t in (table, velocity_table)))
 
     def _table(self, innovation: Innovation, last: Array | float) -> Array:
         """Return gains, precision and one more row for each filter and joint."""

@@ -65,6 +65,10 @@ class SteadyGains(NamedTuple):
     """Gains and precision of the velocity, and 1 where it is used, else 0; shape (6, M, n), or
     (0, M, n) if none is."""
 
+    gain: Array
+    velocity_gain: Array
+    """The gains in these tables, shape (4, M n) or (0, M n)."""
+
     def repeated(
         self, dt: float, predicted: Array, error: Array, velocity_error: Array | None
     ) -> Step:

@@ -9,8 +9,9 @@ from typing import Any
 
 import numpy as np
 
+from .guard import LARGEST
 from .guarded_estimator import GuardedEstimator
-from .joint_motion import Array, JointMotion
+from .joint_motion import Array
 from ..errors import InvalidValueError
 
 
@@ -57,11 +58,11 @@ class FiniteDifferences(GuardedEstimator):
     def _usable(self, velocity: Array | None) -> Array | None:
         if velocity is None or self.velocity_source == 'position-only':
             return None
-        return velocity.copy() if np.isfinite(velocity).all() else None
+        return velocity.copy() if np.abs(velocity).max() < LARGEST else None
 
     def _advance(
         self, stamp: float, dt: float, position: Array, velocity: Array | None
-    ) -> JointMotion | None:
+    ) -> Array | None:
         self._count += 1
         period = self._period
         self._period = period = (
@@ -82,4 +83,5 @@ class FiniteDifferences(GuardedEstimator):
         self._position, self._velocity = position, rate
         if self._count < self.min_samples:
             return None
-        return JointMotion(stamp, np.stack([position, rate, smooth, jerk]))
+        self.stamp = stamp
+        return np.stack([position, rate, smooth, jerk])

@@ -9,7 +9,6 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from .compiled import Kernels
 from .filter_step import Innovation, SteadyGains, Step
 from .joint_motion import Array
 from .wiener_process import transition
@@ -37,6 +36,8 @@ class Taps:
         back = transition(steady.reference).T
         _, _, carried, (gain, precision, _), velocity = steady.step
         shape = carried.shape
+        self.length = length
+        self._covariance = carried
         self.position = np.empty((4, length, *shape[2:]))
         self.velocity = None if velocity is None else np.empty_like(self.position)
         self.reduction = np.zeros((length, *shape))
@@ -52,9 +53,10 @@ class Taps:
                 onward = onward - onward[:, 1:2] * velocity.gain
             carried = np.einsum('ijmn,jk->ikmn', onward, back)
         self.reduction = self.reduction.cumsum(axis=0)
-        # The same weights, (M, length, g, 4), in the order in which compiled code reads them.
-        self.tables = [np.ascontiguousarray(taps.transpose(2, 1, 3, 0))
-                       for taps in (self.position, self.velocity) if taps is not None]
+
+    def covariance(self, length: int) -> Array:
+        """Return the covariances of the filters at the instant, `length` samples up to now."""
+        return self._covariance - self.reduction[length - 1]  # type: ignore[no-any-return]
 
     def correction(self, weights: Array, errors: Array) -> Array:
         """
@@ -107,12 +109,31 @@ class FixedLag:
         self._steady: SteadyGains | None = None
         self._run = 0
         self._place = -1
-        self.kernels: Kernels | None = None
 
     def start(self) -> None:
         """Forget the run."""
         self._steps.clear()
         self._run = 0
+
+    @property
+    def taps(self) -> Taps | None:
+        """Return what smooths the present steps, if all have been made with converged gains."""
+        taps = self._taps
+        count = len(self._steps)
+        if taps is None or not 0 < count <= taps.length or self._run < count:
+            return None
+        return taps
+
+    @property
+    def steps(self) -> list[tuple[float, Step]]:
+        """Stamps and steps from the delayed instant to the latest, oldest first."""
+        return list(self._steps)
+
+    def resume(self, steps: Sequence[tuple[float, Step]], steady: SteadyGains) -> None:
+        """Go on after these steps, which have been made with converged gains."""
+        self.start()
+        for stamp, step in steps:
+            self.push(stamp, step, steady)
 
     def push(self, stamp: float, step: Step, steady: SteadyGains | None) -> None:
         """Remember one step of the bank, and the gains it was made with if they are converged."""
@@ -158,21 +179,15 @@ class FixedLag:
             return None
         time, step = steps[0]
         count = len(steps)
-        taps, since = self._taps, tuple(steps)
-        if taps is None or self._run < count or self._length < count:
+        taps, since = self.taps, tuple(steps)
+        if taps is None:
             state, _ = carry_back(since, covariance=False)
             return time, np.einsum('mn,kmn->kn', weights, state), lambda: carry_back(since)
         begin = self._place - count + 1
-        if self.kernels is not None:
-            mean = np.empty((4, weights.shape[1]))
-            self.kernels.weighted_mean(mean, weights, step.state)
-            for errors, table in zip(self._errors, taps.tables):
-                self.kernels.add_correction(mean, table, errors, begin, count, weights)
-        else:
-            mean = np.add.reduce(weights * step.state, axis=1)
-            mean += taps.correction(weights, self._errors[:, begin:self._place + 1])
+        mean = np.add.reduce(weights * step.state, axis=1)
+        mean += taps.correction(weights, self._errors[:, begin:self._place + 1])
         return time, mean, lambda: (
-            carry_back(since, covariance=False)[0], step.covariance - taps.reduction[count - 1])
+            carry_back(since, covariance=False)[0], taps.covariance(count))
 
 
 def carry_back(

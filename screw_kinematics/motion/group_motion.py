@@ -6,14 +6,14 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from math import hypot, nan
+from math import hypot
 from typing import Any
 
 import numpy as np
 
 from .factory import make_estimator
 from .guarded_estimator import GuardedEstimator, WARMING_UP
-from .joint_motion import Array, JointMotion
+from .joint_motion import JointMotion
 
 VELOCITY_SOURCES = ('auto', 'measured', 'estimated')
 
@@ -83,7 +83,6 @@ class GroupMotion:
                  covariance: bool = False, compiled: bool = False) -> None:
         self.settings = settings
         self.estimator: GuardedEstimator | None = None
-        self.motion: JointMotion | None = None
         self.stamp_ns = 0
         self.refusal: str | None = None
         self._continuous = tuple(continuous)
@@ -91,8 +90,10 @@ class GroupMotion:
         self._ignored = settings.velocity_source == 'estimated'
         self._epoch_ns = 0
         self._last_ns: int | None = None
+        self._known = False
+        self._motion: JointMotion | None = None
         self._backward = 0
-        self._jerks: deque[tuple[int, Array]] = deque()
+        self._jerks: deque[tuple[int, Sequence[float]]] = deque()
         self.want(order, covariance, compiled)
 
     def want(self, order: int, covariance: bool = False, compiled: bool = False) -> None:
@@ -109,13 +110,21 @@ class GroupMotion:
     def reset(self) -> None:
         """Forget all samples."""
         self._last_ns = None
-        self.motion = None
+        self._known = False
+        self._motion = None
         self._jerks.clear()
         if self.estimator is not None:
             self.estimator.reset()
 
+    @property
+    def motion(self) -> JointMotion | None:
+        """Return the latest estimate with its covariance; None if there is none."""
+        if self._motion is None and self._known and self.estimator is not None:
+            self._motion = self.estimator.motion()
+        return self._motion
+
     def update(self, stamp_ns: int, position: Sequence[float],
-               velocity: Sequence[float] | None) -> list[float] | None:
+               velocity: Sequence[float] | None) -> Sequence[float] | None:
         """
         Take a sample; return the motion it leads to.
 
@@ -149,24 +158,25 @@ class GroupMotion:
             estimator.reset()
             self._epoch_ns, since = stamp_ns, 0
         stamp = since * 1e-9
-        motion = estimator.update(
-            stamp, position,
-            None if velocity is None or self._ignored else _credible(velocity))
-        if motion is None:
+        if not estimator.push(stamp, position, None if self._ignored else velocity):
             if estimator.last_outcome != WARMING_UP:
                 self.refusal = estimator.last_refusal
             return None
-        self.motion = motion
-        self.stamp_ns = stamp_ns - round((stamp - motion.stamp) * 1e9)
-        values: list[float] = motion.state[:self.order + 1].ravel().tolist()
-        if self._measured and self.order > 0:
-            values[:2 * len(position)] = [*position, *velocity]     # type: ignore[misc]
-        if self.order == 4:
-            values += self._slope_of_jerk(motion.jerk)
+        self._known = True
+        self._motion = None
+        self.stamp_ns = stamp_ns - round((stamp - estimator.stamp) * 1e9)
+        n, order = len(position), self.order
+        values = estimator.values()
+        if order < 3:
+            values = values[:(order + 1) * n]
+        if self._measured and order > 0:
+            values = [*position, *velocity, *values[2 * n:]]     # type: ignore[misc]
+        if order == 4:
+            values = [*values, *self._slope_of_jerk(values[3 * n:])]
         return values
 
     def _as_measured(self, stamp_ns: int, position: Sequence[float],
-                     velocity: Sequence[float] | None) -> list[float] | None:
+                     velocity: Sequence[float] | None) -> Sequence[float] | None:
         last = self._last_ns
         if last is not None and stamp_ns <= last:
             # The rule of the estimators: a jump back is a new beginning, a step back an error.
@@ -180,7 +190,7 @@ class GroupMotion:
             return [*position]
         return [*position, *velocity]   # type: ignore[misc]
 
-    def _slope_of_jerk(self, jerk: Array) -> list[float]:
+    def _slope_of_jerk(self, jerk: Sequence[float]) -> list[float]:
         """Return the fourth derivative, which the estimators' model leaves open."""
         jerks = self._jerks
         now = self.stamp_ns
@@ -192,16 +202,9 @@ class GroupMotion:
         before, old = jerks[0]
         if before == now:
             return [0.0] * len(jerk)
-        slope: list[float] = ((jerk - old) / ((now - before) * 1e-9)).tolist()
-        return slope
+        span = (now - before) * 1e-9
+        return [(j - k) / span for j, k in zip(jerk, old)]
 
 
 def _all_measured(velocity: Sequence[float] | None) -> bool:
     return velocity is not None and hypot(*velocity) < LARGEST
-
-
-def _credible(velocity: Sequence[float]) -> Array:
-    """Return velocities with NaN for what cannot be one."""
-    if not hypot(*velocity) < LARGEST:
-        velocity = [v if abs(v) < LARGEST else nan for v in velocity]
-    return np.array(velocity)

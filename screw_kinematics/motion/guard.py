@@ -74,7 +74,7 @@ class SampleGuard:
         self.patience = patience
         self.back_patience = back_patience
         wraps = np.zeros(n_joints, bool) if continuous is None else np.asarray(continuous, bool)
-        self._wraps = wraps if wraps.any() else None
+        self.wraps = wraps if wraps.any() else None
         self.refusals: Counter[str] = Counter()
         self.restarts: Counter[str] = Counter()
         self.last_refusal: str | None = None
@@ -89,6 +89,18 @@ class SampleGuard:
     def reset(self) -> None:
         """Let the next good sample start a new run; the counts stay."""
         self._stamp = math.nan
+
+    @property
+    def run(self) -> tuple[float, float, Array]:
+        """Latest stamp, the shortest step to count as one, and position, of the run at hand."""
+        return self._stamp, self._shortest, self.position
+
+    @run.setter
+    def run(self, run: tuple[float, float, Array]) -> None:
+        """Go on as after a good sample."""
+        self._stamp, self._shortest, self.position = run
+        self._values = self.position.tolist()
+        self._backward = self._implausible = 0
 
     def admit(self, stamp: float, position: Array) -> float:
         """
@@ -109,9 +121,9 @@ class SampleGuard:
         """
         dt = stamp - self._stamp
         if self._shortest < dt <= self.max_gap and position.shape == self._shape:
-            if self._wraps is not None:
+            if self.wraps is not None:
                 step = position - self.position
-                step -= np.where(self._wraps, 2 * np.pi * np.rint(step / (2 * np.pi)), 0.0)
+                step -= np.where(self.wraps, 2 * np.pi * np.rint(step / (2 * np.pi)), 0.0)
                 unwrapped = self.position + step
             else:
                 unwrapped = position

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .guard import SampleGuard
-from .joint_motion import Array, JointMotion
+from .joint_motion import Array, CovarianceSource, JointMotion
 from ..errors import InvalidValueError
 
 ESTIMATE = 'estimate'
@@ -50,7 +50,10 @@ class GuardedEstimator(ABC):
         self.min_samples = int(min_samples)
         self.last_outcome = WARMING_UP
         """``'estimate'``, ``'warming up'``, or ``'refused: '`` and the reason."""
+        self.stamp = 0.0
+        """The instant that the latest estimate describes, s."""
         self._guard = SampleGuard(n_joints, **limits)
+        self._state = np.zeros((4, n_joints))
 
     def update(
         self, stamp: float, position: ArrayLike, velocity: ArrayLike | None = None
@@ -69,23 +72,46 @@ class GuardedEstimator(ABC):
             Measured velocities, rad/s or m/s; NaN or ``None`` where not measured.
 
         """
+        return self.motion() if self.push(stamp, position, velocity) else None
+
+    def push(
+        self, stamp: float, position: ArrayLike, velocity: ArrayLike | None = None
+    ) -> bool:
+        """
+        Take one sample, as `update` does; return whether there is an estimate.
+
+        It is then asked for by `motion`, or by `values`, which costs less.
+        """
         guard = self._guard
         dt = guard.admit(stamp, np.array(position, float))
         if dt < 0.0:
             self.last_outcome = f'refused: {guard.last_refusal}'
-            return None
+            return False
         measured = None
         if velocity is not None:
             measured = np.array(velocity, float)
             if measured.shape != guard.position.shape:
                 measured = None
+        state = None
         if dt == 0.0:
             self._start(stamp, guard.position, measured)
-            motion = None
         else:
-            motion = self._advance(stamp, dt, guard.position, measured)
-        self.last_outcome = WARMING_UP if motion is None else ESTIMATE
-        return motion
+            state = self._advance(stamp, dt, guard.position, measured)
+        if state is None:
+            self.last_outcome = WARMING_UP
+            return False
+        self._state = state
+        self.last_outcome = ESTIMATE
+        return True
+
+    def motion(self) -> JointMotion:
+        """Return the estimate that the latest sample led to; it stays as it is."""
+        return JointMotion(self.stamp, self._state, self._covariance_source())
+
+    def values(self) -> Sequence[float]:
+        """Return positions, velocities, accelerations and jerks of that estimate in a row."""
+        values: list[float] = self._state.ravel().tolist()
+        return values
 
     def reset(self) -> None:
         """Forget every sample; the counts stay."""
@@ -126,5 +152,16 @@ class GuardedEstimator(ABC):
     @abstractmethod
     def _advance(
         self, stamp: float, dt: float, position: Array, velocity: Array | None
-    ) -> JointMotion | None:
-        """Take the next sample of the run, `dt` > 0 after the one before."""
+    ) -> Array | None:
+        """
+        Take the next sample of the run, `dt` > 0 after the one before.
+
+        Returns
+        -------
+        The state (4, n) at the instant `stamp`, an attribute to be set; None if there is none.
+
+        """
+
+    def _covariance_source(self) -> CovarianceSource:
+        """Return the covariance of the latest state, or a function that returns it."""
+        return None

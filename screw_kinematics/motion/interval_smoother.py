@@ -9,9 +9,9 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from .compiled import FLOOR
 from .filter_bank import DENSITY_CAP, PRIOR_DEVIATION
 from .joint_motion import Array
+from .steady_steps import FLOOR
 from .wiener_process import NOISE_TERMS, SCALE, TIME_UNIT
 
 BANDWIDTHS = 1.5 * 1.8 ** np.arange(9)

@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable
+from collections.abc import MutableSequence
 import math
 
 import numpy as np
@@ -22,11 +22,19 @@ PHASE_GAIN, PERIOD_GAIN = 0.02, 1e-4
 BLOCK, REST = 8, 0.02
 """Samples judged together, and least time between judgements, s."""
 
+WINDOW = BLOCK + 4
+"""Samples that are looked at for that."""
+
 _ROW = np.arange(BLOCK)[:, None]
 _COLUMN = _ROW + np.arange(5)
 
 ADOPT, ABANDON = 0.4, 0.7
 """Ratio of noise with regular stamps to that with given stamps below/above which to change."""
+
+
+(PERIOD, FASTEST, SLOWEST, TICK, STRAYS, REGULARISED, FRESH, JUDGED, BLOCKS, NOISE_GIVEN,
+ NOISE_TICKS, STATES) = range(12)
+"""Places in the state of a `SamplingClock`, and their number."""
 
 
 class SamplingClock:
@@ -40,95 +48,111 @@ class SamplingClock:
 
     Attributes
     ----------
-    regularised:
-        Whether the ticks replace the stamps.
-    roughness:
-        The function of that name, or its compiled twin.
+    state:
+        Its numbers, see `next_tick` and `decide`; the period is 0 until the clock is locked.
+    samples:
+        The latest samples: stamps, ticks, positions.
 
     """
 
     def __init__(self) -> None:
-        self.roughness: Callable[[Array, Array], tuple[Array, int]] = roughness
         self.start()
 
     def start(self) -> None:
         """Begin a run."""
-        self.regularised = False
+        self.state = [0.0] * STATES
+        self.state[JUDGED] = -math.inf
+        self.samples: deque[tuple[float, float, Array]] = deque(maxlen=WINDOW)
         self._stamps: list[float] = []
-        self._period = 0.0
-        self._fastest = self._slowest = 0.0
-        self._tick = math.nan
-        self._strays = 0
-        self._samples: deque[tuple[float, float, Array]] = deque(maxlen=BLOCK + 4)
-        self._fresh = 0
-        self._judged = -math.inf
-        self._blocks = 0
-        self._noise = np.zeros(2)
+
+    @property
+    def regularised(self) -> bool:
+        """Whether the ticks replace the stamps."""
+        return bool(self.state[REGULARISED])
+
+    @property
+    def locked(self) -> bool:
+        """Whether the ticks are known and there are samples enough to judge them."""
+        return self.state[PERIOD] > 0.0 and len(self.samples) == WINDOW
 
     def push(self, stamp: float, position: Array) -> float:
         """Take one sample; return the stamp to use for it."""
-        if not self._period:
+        state = self.state
+        if not state[PERIOD]:
             self._stamps.append(stamp)
             if len(self._stamps) == LOCK_SAMPLES:
                 self._lock()
             return stamp
-        tick = self._advance(stamp)
-        if tick is None:
+        tick = next_tick(state, stamp)
+        if tick != tick:
             self.start()
             return stamp
-        self._samples.append((stamp, tick, position))
-        self._fresh += 1
-        if (tick - self._judged >= REST and self._fresh >= BLOCK
-                and len(self._samples) == BLOCK + 4):
-            self._fresh = 0
-            self._judged = tick
-            self._judge()
-        return tick if self.regularised else stamp
+        self.samples.append((stamp, tick, position))
+        if due(state) and len(self.samples) == WINDOW:
+            given, ticks, positions = zip(*self.samples)
+            noise, moving = roughness(np.array((given, ticks)), np.array(positions))
+            of_stamps, of_ticks = noise.tolist()
+            decide(state, of_stamps, of_ticks, moving)
+        return tick if state[REGULARISED] else stamp
 
     def _lock(self) -> None:
         """Fit period and phase to the first stamps, allowing for missing ones."""
         t = np.array(self._stamps)
         steps = np.diff(t)
         ticks = np.maximum(1, np.rint(steps / np.median(steps))).cumsum()
-        period, phase = np.polyfit(ticks, t[1:], 1)
-        self._period = float(period)
-        self._fastest, self._slowest = 0.98 * self._period, 1.02 * self._period
-        self._tick = float(phase + period * ticks[-1])
+        period, phase = np.polyfit(ticks, t[1:], 1).tolist()
+        self.state[PERIOD] = period
+        self.state[FASTEST], self.state[SLOWEST] = 0.98 * period, 1.02 * period
+        self.state[TICK] = phase + period * ticks[-1].item()
 
-    def _advance(self, stamp: float) -> float | None:
-        """Return the tick of the sample; None if the sampler is not periodic after all."""
-        period = self._period
-        tick = self._tick
-        passed = round((stamp - tick) / period)
-        tick += passed * period if passed > 1 else period
-        error = stamp - tick
-        if abs(error) > 0.45 * period:
-            self._strays += 1
-            if self._strays > 5:
-                return None
-        elif self._strays:
-            self._strays -= 1
-        limit = 0.3 * period
-        if not -limit <= error <= limit:
-            error = math.copysign(limit, error)
-        self._tick = tick = tick + PHASE_GAIN * error
-        period += PERIOD_GAIN * error
-        if not self._slowest >= period >= self._fastest:
-            period = self._slowest if period > self._slowest else self._fastest
-        self._period = period
-        return tick
 
-    def _judge(self) -> None:
-        given, ticks, positions = zip(*self._samples)
-        noise, moving = self.roughness(np.array((given, ticks)), np.array(positions))
-        if not moving:
-            return
-        self._blocks += 1
-        gain = max(0.04, 1.0 / self._blocks)
-        self._noise += gain * (noise - self._noise)
-        if self._blocks >= 8:
-            limit = ABANDON if self.regularised else ADOPT
-            self.regularised = bool(self._noise[1] < limit * self._noise[0])
+# The following are written for a list as the state, and for an array in machine code.
+
+
+def next_tick(state: MutableSequence[float], stamp: float) -> float:
+    """Return the tick of the next sample; NaN if the sampler is not periodic after all."""
+    period = state[PERIOD]
+    tick = state[TICK]
+    passed = round((stamp - tick) / period)
+    tick += passed * period if passed > 1 else period
+    error = stamp - tick
+    if abs(error) > 0.45 * period:
+        state[STRAYS] += 1.0
+        if state[STRAYS] > 5.0:
+            return math.nan
+    elif state[STRAYS] > 0.0:
+        state[STRAYS] -= 1.0
+    limit = 0.3 * period
+    if not -limit <= error <= limit:
+        error = math.copysign(limit, error)
+    tick += PHASE_GAIN * error
+    period += PERIOD_GAIN * error
+    if not state[SLOWEST] >= period >= state[FASTEST]:
+        period = state[SLOWEST] if period > state[SLOWEST] else state[FASTEST]
+    state[TICK] = tick
+    state[PERIOD] = period
+    state[FRESH] += 1.0
+    return tick
+
+
+def due(state: MutableSequence[float]) -> bool:
+    """Whether the latest samples are to be judged, if there are enough of them."""
+    return state[FRESH] >= BLOCK and state[TICK] - state[JUDGED] >= REST
+
+
+def decide(state: MutableSequence[float], given: float, ticks: float, moving: int) -> None:
+    """Choose ticks or stamps by what `roughness` found of them; not if no joint moved."""
+    state[FRESH] = 0.0
+    state[JUDGED] = state[TICK]
+    if not moving:
+        return
+    state[BLOCKS] += 1.0
+    gain = max(0.04, 1.0 / state[BLOCKS])
+    state[NOISE_GIVEN] += gain * (given - state[NOISE_GIVEN])
+    state[NOISE_TICKS] += gain * (ticks - state[NOISE_TICKS])
+    if state[BLOCKS] >= 8.0:
+        limit = ABANDON if state[REGULARISED] > 0.0 else ADOPT
+        state[REGULARISED] = 1.0 if state[NOISE_TICKS] < limit * state[NOISE_GIVEN] else 0.0
 
 
 def roughness(stamps: Array, positions: Array) -> tuple[Array, int]:
@@ -137,9 +161,9 @@ def roughness(stamps: Array, positions: Array) -> tuple[Array, int]:
 
     Parameters
     ----------
-    stamps: shape (2, BLOCK + 4)
+    stamps: shape (2, WINDOW)
         Two stamps of each sample, s.
-    positions: shape (BLOCK + 4, n)
+    positions: shape (WINDOW, n)
         Of n joints.
 
     Returns
@@ -150,7 +174,7 @@ def roughness(stamps: Array, positions: Array) -> tuple[Array, int]:
     q = positions - positions[0]
     moving = int(np.count_nonzero(q.any(axis=0)))
     # As one product, with the differences' coefficients as the bands of two matrices.
-    bands = np.zeros((2, BLOCK, BLOCK + 4))
+    bands = np.zeros((2, BLOCK, WINDOW))
     bands[:, _ROW, _COLUMN] = divided_difference(stamps[:, _COLUMN])
-    differences = bands.reshape(-1, BLOCK + 4).dot(q).reshape(2, -1)
+    differences = bands.reshape(-1, WINDOW).dot(q).reshape(2, -1)
     return (differences * differences).sum(axis=1) / (BLOCK * max(moving, 1)), moving

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from .guarded_estimator import GuardedEstimator
-from .joint_motion import Array, JointMotion
+from .joint_motion import Array, CovarianceSource
 from ..errors import InvalidValueError
 
 
@@ -64,7 +64,7 @@ class SavitzkyGolay(GuardedEstimator):
 
     def _advance(
         self, stamp: float, dt: float, position: Array, velocity: Array | None
-    ) -> JointMotion | None:
+    ) -> Array | None:
         samples = self._samples
         samples.append((stamp, position))
         self._count += 1
@@ -80,11 +80,17 @@ class SavitzkyGolay(GuardedEstimator):
         coefficients = fit.dot(rows)
         state = coefficients[:4] * self._scale
         state[0] += position
-        freedom = max(len(u) - self.order - 1, 1)
+        self.stamp = wanted
+        self._fit = fit, rows - basis.dot(coefficients)
+        return state  # type: ignore[no-any-return]
+
+    def _covariance_source(self) -> CovarianceSource:
+        fit, residuals = self._fit
+        freedom = max(len(residuals) - self.order - 1, 1)
 
         def covariance() -> Array:
-            variance = ((rows - basis.dot(coefficients)) ** 2).sum(axis=0) / freedom
+            variance = (residuals**2).sum(axis=0) / freedom
             unit = fit[:4].dot(fit[:4].T) * (self._scale * self._scale.T)
             return variance[:, None, None] * unit
 
-        return JointMotion(wanted, state, covariance)
+        return covariance

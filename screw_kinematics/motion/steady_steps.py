@@ -1,28 +1,49 @@
 # Copyright screw_kinematics contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The steps of a filter bank while its gains are kept: few operations, or compiled ones."""
+"""The steps of a filter bank while its gains are kept: few operations."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import partial
 import math
+from typing import NamedTuple
 
 import numpy as np
 
-from .compiled import FLOOR, Kernels, ROWS
 from .filter_step import SteadyGains, Step
 from .joint_motion import Array
-from .wiener_process import SCALE, TIME_UNIT, transition
+from .wiener_process import fill_transition, SCALE, TIME_UNIT
 
 REWEIGH = 4e-3
 """Time between renewals of the weights while the gains are kept, s; a part of their memory."""
 
+FLOOR = 1e-26
+"""Added to mean squares before their logarithm, rad^2: far below any measured noise."""
+
 Snapshot = Callable[[], 'tuple[Array, Array, Array, Array]']
 
 
-def _of_record(record: Array, p: Array) -> tuple[Array, Array, Array, Array]:
-    return record[12], record[10], record[4:8], p
+class Numbers(NamedTuple):
+    """What a bank knows, but for its gains; M filters, n joints."""
+
+    steps: int
+    """Steps since the run began."""
+
+    x: Array
+    """Scaled states, shape (4, M, n)."""
+
+    noise: Array
+    velocity_noise: Array
+    """Mean squares of the innovations of position and velocity, shape (M, n)."""
+
+    weights: Array
+    """Weights of the filters for each joint, shape (M, n)."""
+
+    span: float
+    """Number of steps that the mean squares remember."""
+
+    unweighed_time: float
+    """Time since the weights were renewed, s."""
 
 
 class SteadySteps:
@@ -33,8 +54,8 @@ class SteadySteps:
     ----------
     state: shape (4, n)
         Weighted mean of the filters' states, not scaled; not kept up to date while `remember`.
-    kernels:
-        Compiled functions to use, if any.
+    weights: shape (M, n)
+        Weights of the filters for each joint.
     remember:
         Whether a step has to be returned, because a smoother needs it.
 
@@ -42,102 +63,133 @@ class SteadySteps:
 
     p: Array
     state: Array
+    weights: Array
+    _x: Array
+    _noise: Array
+    _velocity_noise: Array
+    _steps: int
 
-    def __init__(self, n_joints: int, window: float) -> None:
+    def __init__(self, n_joints: int, n_filters: int, window: float) -> None:
         self.n_joints = n_joints
+        self.n_filters = n_filters
         self.window = window
-        self.kernels: Kernels | None = None
         self.remember = True
         self._physical = np.repeat(1.0 / SCALE[:, None], n_joints, axis=1)
+        # The weights as a matrix (M n, n), so that the weighted mean is one product.
+        self._mixing = np.zeros((n_filters * n_joints, n_joints))
+        self._mixing_weights = np.einsum(
+            'mjj->mj', self._mixing.reshape(n_filters, n_joints, n_joints))
+        self._mixed: Array | None = None
+        self._ones = np.ones(n_filters)
+        # What a step works on; the last is the flat view of the states.
+        self._transition = np.eye(4)
+        self._cells = self._transition.reshape(16).data
+        self._predicted = np.empty((4, n_filters * n_joints))
+        self._predicted_position = self._predicted[0].reshape(n_filters, n_joints)
+        self._product = np.empty_like(self._predicted)
+        self._flat = self._product
+        self._flat_of: Array | None = None
+        self._errors = np.zeros((2, 0, n_filters, n_joints))
+        self._make_room(8)
         self._clear()
 
+    def _make_room(self, steps: int) -> None:
+        """Make room for the innovations of some steps, keeping those that are there."""
+        errors = np.zeros((2, steps, self.n_filters, self.n_joints))
+        errors[:, :self._errors.shape[1]] = self._errors
+        self._errors = errors
+        self._rows = [[(row, row.reshape(-1)) for row in rows] for rows in errors]
+
     def _clear(self) -> None:
-        """Forget steps whose weights or arrays are still to be brought home."""
-        self._record: Array | None = None
-        self._unweighed: list[tuple[float, Array, Array | None]] = []
+        """Forget steps whose weights are still to be found."""
+        self._unweighed: list[float] = []
         self._unweighed_time = 0.0
         self._span = 0.0
-
-    def _bring_home(self, steady: SteadyGains) -> None:
-        """Hand over to steps with changing gains."""
-        record = self._record
-        if record is not None:
-            self._x, self._weights = record[4:8], record[12]
-            self._noise, self._velocity_noise = record[10], record[11]
-            self._record = None
-            if self._unweighed_time:
-                self._weights = self._weighed(steady)
-                self._unweighed_time = 0.0
-        elif self._unweighed:
-            self._reweigh_steady(steady)
-
-    @property
-    def weights(self) -> Array:
-        """Weights of the filters for each joint, shape (M, n)."""
-        return self._weights if self._record is None else self._record[12]
 
     def snapshot(self) -> Snapshot:
         """
         Return a function for weights, noise variances, states and covariances as they are now.
 
-        The filters' arrays are never changed in place, so that nothing needs to be copied.
+        The states are changed in place while gains are kept, the other arrays never.
         """
-        record, p = self._record, self.p
-        if record is not None:
-            return partial(_of_record, record, p)
-        parts = self._weights, self._noise, self._x, p
+        x = self._x.copy() if self._x is self._flat_of and not self.remember else self._x
+        parts = self.weights, self._noise, x, self.p
         return lambda: parts
+
+    @property
+    def numbers(self) -> Numbers | None:
+        """Return what the bank knows; None while some steps are still to enter it."""
+        if self._unweighed:
+            return None
+        return Numbers(self._steps, self._x, self._noise, self._velocity_noise, self.weights,
+                       self._span, self._unweighed_time)
+
+    @numbers.setter
+    def numbers(self, numbers: Numbers) -> None:
+        """Go on with these; the gains are kept."""
+        (self._steps, self._x, self._noise, self._velocity_noise, self.weights,
+         self._span, self._unweighed_time) = numbers
 
     def _steady_step(
         self, steady: SteadyGains, dt: float, position: Array, velocity: Array | None
     ) -> Step | None:
-        if self.kernels is not None:
-            return self._compiled_step(self.kernels, steady, dt, position, velocity)
-        predicted = transition(dt).dot(self._x.reshape(4, -1)).reshape(self._x.shape)
-        error = position - predicted[0]
-        x = steady.table[:4] * error
-        x += predicted
+        if self._x is not self._flat_of:
+            self._x = self._flat_of = np.ascontiguousarray(self._x)
+            self._flat = self._x.reshape(4, -1)
+        x, predicted, product = self._flat, self._predicted, self._product
+        unweighed = self._unweighed
+        step = len(unweighed)
+        if step == len(self._rows[0]):
+            self._make_room(2 * step)
+        fill_transition(self._cells, dt)
+        np.dot(self._transition, x, predicted)
+        error, flat = self._rows[0][step]
+        np.subtract(position, self._predicted_position, error)
+        np.multiply(steady.gain, flat, product)
+        np.add(predicted, product, x)
         velocity_error = None
         if velocity is not None and steady.step.velocity is not None:
-            velocity_error = velocity * TIME_UNIT - x[1]
-            x += steady.velocity_table[:4] * velocity_error
-        self._x = x
-        self._unweighed.append((dt, error, velocity_error))
+            velocity_error, flat = self._rows[1][step]
+            np.subtract(velocity * TIME_UNIT, self._x[1], velocity_error)
+            np.multiply(steady.velocity_gain, flat, product)
+            np.add(x, product, x)
+        kept = math.exp(-dt / self.window)
+        self._span = kept * self._span + 1.0
+        unweighed.append(kept)
         self._unweighed_time += dt
         if self._unweighed_time >= REWEIGH:
             self._reweigh_steady(steady)
         if self.remember:
-            return steady.repeated(dt, predicted, error, velocity_error)
-        # As one product for each joint: faster than the sum over the middle one of three axes.
-        mean = np.matmul(self._weights.T[:, None], x.T)[:, 0].T
-        self.state = mean * self._physical
+            return steady.repeated(dt, predicted.reshape(self._x.shape).copy(), error.copy(), (
+                None if velocity_error is None else velocity_error.copy()))
+        if self._mixed is not self.weights:
+            self._mixing_weights[...] = self._mixed = self.weights
+        self.state = state = x.dot(self._mixing)
+        state *= self._physical
         return None
 
     def _reweigh_steady(self, steady: SteadyGains) -> None:
         """Do for all steps since the last time at once what `_reweigh` does for one."""
-        steps, self._unweighed, self._unweighed_time = self._unweighed, [], 0.0
-        shares, share = [], 1.0
-        for dt, _, _ in reversed(steps):
-            kept = math.exp(-dt / self.window)
-            shares.append((1.0 - kept) * share)
-            share *= kept
-        for dt, _, _ in steps:
-            self._span = math.exp(-dt / self.window) * self._span + 1.0
-        of_steps = np.array(shares[::-1])
+        kept, self._unweighed, self._unweighed_time = self._unweighed, [], 0.0
+        if kept:
+            shares, share = [], 1.0
+            for k in reversed(kept):
+                shares.append((1.0 - k) * share)
+                share *= k
+            shares.reverse()
 
-        def mean(old: Array, errors: Array, precision: Array) -> Array:
-            errors *= errors
-            new = of_steps.dot(errors.reshape(len(steps), -1)).reshape(old.shape)
-            new *= precision
-            new += share * old
-            return new
+            def mean(errors: Array, precision: Array, old: Array) -> Array:
+                squares = errors[:len(shares)].reshape(len(shares), -1)
+                new: Array = np.array(shares).dot(squares * squares).reshape(old.shape)
+                new *= precision
+                new += share * old
+                return new
 
-        self._noise = mean(self._noise, np.array([e for _, e, _ in steps]), steady.table[4])
-        if steady.step.velocity is not None:
-            self._velocity_noise = mean(
-                self._velocity_noise, np.array([e for _, _, e in steps]),
-                steady.velocity_table[4])
-        self._weights = self._weighed(steady)
+            self._noise = mean(self._errors[0], steady.table[4], self._noise)
+            if steady.step.velocity is not None:
+                self._velocity_noise = mean(
+                    self._errors[1], steady.velocity_table[4], self._velocity_noise)
+        self.weights = self._weighed(steady)
 
     def _weighed(self, steady: SteadyGains) -> Array:
         """Return the weights that follow from the mean squares."""
@@ -148,32 +200,5 @@ class SteadySteps:
         score -= np.minimum.reduce(score)
         score *= -0.5 * self._span
         weights = np.exp(score, out=score)
-        weights /= np.add.reduce(weights)
+        weights /= self._ones.dot(weights)      # faster than their sum
         return weights
-
-    def _compiled_step(
-        self, kernels: Kernels, steady: SteadyGains, dt: float, position: Array,
-        velocity: Array | None,
-    ) -> Step | None:
-        old = self._record
-        if old is None:
-            old = np.empty((ROWS, *self.weights.shape))
-            old[4:8], old[10], old[11] = self._x, self._noise, self._velocity_noise
-            old[12] = self._weights
-        self._record = new = np.empty(old.shape)
-        self.state = state = np.empty((4, self.n_joints))
-        keep = math.exp(-dt / self.window)
-        self._span = span = keep * self._span + 1.0
-        self._unweighed_time += dt
-        if self._unweighed_time < REWEIGH:
-            span = 0.0
-        else:
-            self._unweighed_time = 0.0
-        kernels.steady_step(
-            old, new, state, steady.table, steady.velocity_table, position,
-            position if velocity is None else velocity, dt / TIME_UNIT, 1.0 - keep, span,
-            TIME_UNIT)
-        if not self.remember:
-            return None
-        return steady.repeated(
-            dt, new[:4], new[8], None if steady.step.velocity is None else new[9])

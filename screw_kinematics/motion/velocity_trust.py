@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 import math
 
 import numpy as np
@@ -30,8 +29,6 @@ LARGEST = 1e6
 MISSING = 1e30
 """Ratio of variances for a velocity that is used, but missing in a sample."""
 
-Judge = Callable[[Array, Array, Array, Array, int], 'tuple[Array, bool]']
-
 
 class VelocityTrust:
     """
@@ -48,14 +45,13 @@ class VelocityTrust:
     ratio: shape (n,)
         Variance of the velocity's noise over the position's, in scaled units; infinite where the
         velocity is not used. None where no joint's is used.
-    judge:
-        `velocity_evidence.judge`, or its compiled twin.
+    known:
+        What `velocity_evidence.judge` has found.
 
     """
 
     def __init__(self, n_joints: int) -> None:
         self.n_joints = n_joints
-        self.judge: Judge = judge
         self.known = np.zeros((ROWS, n_joints))
         self.start()
 
@@ -68,6 +64,16 @@ class VelocityTrust:
         known = self.known = self.known.copy()
         known[OF_A_RUN] = 0.0
         known[RATIO] = np.inf
+
+    @property
+    def run(self) -> tuple[list[float], list[Array], list[Array], float, int]:
+        """Return stamps, positions, velocities not yet judged; last judgement; their number."""
+        return self._stamps, self._positions, self._velocities, self._judged, self._blocks
+
+    @run.setter
+    def run(self, run: tuple[list[float], list[Array], list[Array], float, int]) -> None:
+        """Go on after these samples."""
+        self._stamps, self._positions, self._velocities, self._judged, self._blocks = run
 
     def _forget_samples(self) -> None:
         self._stamps: list[float] = []
@@ -131,7 +137,7 @@ class VelocityTrust:
     def _judge(self) -> None:
         """Judge the samples; the last ones stay as neighbours of those to come."""
         shape = len(self._stamps), self.n_joints
-        self.known, changed = self.judge(
+        self.known, changed = judge(
             np.array(self._stamps), np.concatenate(self._positions).reshape(shape),
             np.concatenate(self._velocities).reshape(shape), self.known, self._blocks)
         self._blocks += 1

@@ -18,6 +18,7 @@ Navigation", Wiley 2001, section 6.2 (discretised continuous-time kinematic mode
 from __future__ import annotations
 
 from math import factorial
+from typing import Any
 
 import numpy as np
 
@@ -43,16 +44,22 @@ def transition(dt: float) -> Array:
     array([1., 1., 1., 1.])
 
     """
+    f = _IDENTITY.copy()
+    fill_transition(f.reshape(16).data, dt)
+    return f
+
+
+def fill_transition(cells: Any, dt: float) -> None:
+    """Write the transition over `dt` seconds to the 16 cells of an identity matrix."""
+    # By hand: building the matrix takes longer than using it.
     r = dt / TIME_UNIT
     r2 = r * r
-    f = _IDENTITY.copy()    # filled by hand: building it from tuples takes longer than using it
-    f[0, 1] = r
-    f[0, 2] = r2
-    f[0, 3] = r2 * r
-    f[1, 2] = 2.0 * r
-    f[1, 3] = 3.0 * r2
-    f[2, 3] = 3.0 * r
-    return f
+    cells[1] = r
+    cells[2] = r2
+    cells[3] = r2 * r
+    cells[6] = 2.0 * r
+    cells[7] = 3.0 * r2
+    cells[11] = 3.0 * r
 
 
 def _noise_terms(order: int) -> tuple[Array, Array]:
