@@ -86,8 +86,8 @@ class RunMemory:
         ring, room = (length + 1, 4 * length) if length else (0, 0)
         shapes: tuple[tuple[int, ...], ...] = (
             (2 + 2 * n,), (4, n), (n,), (n,), (n,), (n,), (n, m, 8), (n, m, 12),
-            (ticks, 2), (ticks, n), (rates,), (rates, n), (rates, n), (ROWS, n), (ring,), (ring, n, m, 4),
-            (2, n, m, room), (2, sets, 4, m, length), (m, length))
+            (ticks, 2), (ticks, n), (rates,), (rates, n), (rates, n), (ROWS, n),
+            (ring,), (ring, n, m, 4), (2, n, m, room), (2, sets, 4, m, length), (m, length))
         bounds = HEADER + np.cumsum([0, *(prod(shape) for shape in shapes)])
         self.array: Array = np.zeros(bounds[-1])
         self.array[:BLOCKS + 1] = bounds

@@ -163,5 +163,6 @@ def judge(t: Array, q: Array, v: Array, old: Array, blocks: int) -> tuple[Array,
         a, b = 1.0 / new[RATIO, j], 1.0 / old[RATIO, j]
         changed = changed or not (a <= CHANGE * b and b <= CHANGE * a)
     if not changed:
-        new[RATIO] = old[RATIO]
+        for j in range(joints):
+            new[RATIO, j] = old[RATIO, j]
     return new, changed

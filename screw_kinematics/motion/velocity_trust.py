@@ -65,6 +65,11 @@ class VelocityTrust:
         known[OF_A_RUN] = 0.0
         known[RATIO] = np.inf
 
+    def _forget_samples(self) -> None:
+        self._stamps: list[float] = []
+        self._positions: list[Array] = []
+        self._velocities: list[Array] = []
+
     @property
     def run(self) -> tuple[list[float], list[Array], list[Array], float, int]:
         """Return stamps, positions, velocities not yet judged; last judgement; their number."""
@@ -74,11 +79,6 @@ class VelocityTrust:
     def run(self, run: tuple[list[float], list[Array], list[Array], float, int]) -> None:
         """Go on after these samples."""
         self._stamps, self._positions, self._velocities, self._judged, self._blocks = run
-
-    def _forget_samples(self) -> None:
-        self._stamps: list[float] = []
-        self._positions: list[Array] = []
-        self._velocities: list[Array] = []
 
     @property
     def lagging(self) -> NDArray[np.bool_]:
