@@ -88,13 +88,13 @@ def exact_chain(chain: SerialChain) -> SerialChain:
     def exact_joint(joint: Joint) -> Joint:
         mimic = joint.mimic
         if mimic is not None:
-            mimic = Mimic(mimic.joint, _length(mimic.multiplier), _length(mimic.offset))
+            mimic = Mimic(mimic.joint, exact_length(mimic.multiplier), exact_length(mimic.offset))
         return replace(joint, axis=each(_cosine, joint.axis), mimic=mimic,
-                       point=each(_length, joint.point), pitch=_length(joint.pitch))
+                       point=each(exact_length, joint.point), pitch=exact_length(joint.pitch))
 
     T = chain.T_base_tool
     exact_T = np.concatenate([np.concatenate(
-        [each(_cosine, T[:3, :3]), each(_length, T[:3, 3:])], axis=1),
+        [each(_cosine, T[:3, :3]), each(exact_length, T[:3, 3:])], axis=1),
         sympy_array([[0, 0, 0, 1]])])
     return SerialChain([exact_joint(joint) for joint in chain.joints], exact_T,
                        chain.base_frame, chain.tip_frame, chain.name)
@@ -176,7 +176,7 @@ def dh_chain(rows: Sequence[DHJoint], convention: str = 'standard',
     return SerialChain(joints, last, name=name)
 
 
-def _length(x: Any) -> Any:
+def exact_length(x: Any) -> Any:
     """Return the decimal number a float was written as."""
     if isinstance(x, sympy.Basic):
         return x
@@ -209,5 +209,5 @@ def _displacement(axis: Sequence[int], angle: Any, distance: Any) -> Array:
     direction = sympy_array(axis)
     T = sympy_array(np.eye(4, dtype=int))
     T[:3, :3] = sympy_array(rotation_about(direction, sympy_array(_angle(angle))))
-    T[:3, 3] = direction * _length(distance)
+    T[:3, 3] = direction * exact_length(distance)
     return T

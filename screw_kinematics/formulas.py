@@ -24,7 +24,7 @@ except ImportError as error:
     raise MissingExtraError('sympy', 'symbolic', 'writing formulas') from error
 
 _DOTS = {1: r'\dot', 2: r'\ddot', 3: r'\dddot', 4: r'\ddddot'}
-_COORDINATE = re.compile(r'q(d{0,4})(\d+)')
+_COORDINATE = re.compile(r'(q|theta)(d{0,4})(\d+)')
 
 
 def latex(x: Any) -> str:
@@ -186,5 +186,5 @@ def _natural(symbol: Any) -> list[Any]:
 def _latex_name(name: str) -> str:
     match = _COORDINATE.fullmatch(name)
     assert match is not None
-    dots, index = len(match[1]), match[2]
-    return (f'{_DOTS[dots]}{{q}}' if dots else 'q') + f'_{{{index}}}'
+    letter, dots, index = match[1].replace('theta', r'\theta'), len(match[2]), match[3]
+    return (f'{_DOTS[dots]}{{{letter}}}' if dots else letter) + f'_{{{index}}}'

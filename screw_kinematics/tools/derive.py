@@ -4,7 +4,8 @@
 Derive the kinematics of a robot: formulas to read, or programs to run.
 
 Text and LaTeX give the closed form; Python and C the straight-line program, in which every
-value is computed once, or with --form closed the closed form.
+value is computed once, or with --form closed the closed form. Of parallel robots: screws of
+the limbs, wrenches, and the equations of velocity and acceleration they make, as text and LaTeX.
 """
 from __future__ import annotations
 
@@ -17,9 +18,11 @@ from typing import Any
 
 from . import console, robots
 from .closed_form import closed_form, closed_source
+from .parallel_form import parallel_form
 from .quantities import find_quantity, NAMES
 from .straight_line_code import straight_line_files
 from ..errors import ParameterError
+from ..parallel import ParallelManipulator
 from ..poles import FRAMES
 
 EXAMPLES = """\
@@ -28,6 +31,7 @@ EXAMPLES = """\
   derive config/robots/puma560.yaml --quantity twist,accel --format python
   derive config/robots/panda.yaml --quantity pose,twist,accel --format c --output panda.c
   derive config/robots/panda.yaml --quantity twist --axes tip --form straight
+  derive config/robots/stewart_6ups.yaml --quantity velocity
 """
 FORMATS = ('text', 'latex', 'python', 'c')
 # Longer arms are simplified for minutes, to formulas that are still too long to read.
@@ -72,6 +76,13 @@ def _derive(arguments: argparse.Namespace) -> int:
             raise ParameterError('form', form, "'closed' for LaTeX")
         files = straight_line_files(robot, quantities, arguments.format, name, arguments.axes,
                                     arguments.pole)
+    elif isinstance(robot, ParallelManipulator) and not code:
+        for option in ('axes', 'pole'):
+            default = {'axes': 'base', 'pole': 'tip'}[option]
+            if getattr(arguments, option) != default:
+                raise ParameterError(option, getattr(arguments, option),
+                                     f'{default!r} for parallel robots')
+        files = parallel_form(robot, quantities, arguments.format, name)
     else:
         simplified = robot.dof <= _SIMPLIFIED_JOINTS if arguments.simplify is None \
             else arguments.simplify

@@ -3,6 +3,7 @@
 """What is derived is the chain: formulas, programs in Python, compiled C."""
 import ctypes
 from pathlib import Path
+import re
 import shutil
 import subprocess
 
@@ -137,10 +138,60 @@ def test_each_quantity_is_derived(name, capsys):
     ([RPR, '--quantity', 'twist,force'], "unknown quantity 'force'; known: 'pose', 'twist'"),
     ([RPR, '--form', 'straight', '--format', 'latex'], "'form' is 'straight'; allowed: 'closed'"),
     ([RPR, '--name', '2x'], "parameter 'name' is '2x'; allowed: letters"),
-    ([str(ROBOTS / 'delta.yaml')], 'delta: there are closed forms of open chains only'),
+    ([str(ROBOTS / 'delta.yaml'), '--quantity', 'jerk'],
+     'delta: jerk: for parallel robots there are the equations of twist, accel'),
+    ([str(ROBOTS / 'delta.yaml'), '--axes', 'tip'], "parameter 'axes' is 'tip'; allowed: 'base'"),
     ([str(ROBOTS / 'delta.yaml'), '--format', 'c'], 'straight-line programs of open chains'),
+    ([str(ROBOTS / 'delta.yaml'), '--format', 'c', '--form', 'closed'],
+     'delta: there are closed forms of open chains only'),
 ])
 def test_errors_are_one_line(arguments, message, capsys):
     assert derive.main(arguments) == console.FAILED
     error = capsys.readouterr().err
     assert message in error and error.count('\n') == 1
+
+
+def printed_equations(text):
+    """Return the equations of the platform, and the vectors d of the forces' lines."""
+    equations = re.findall(r'^  (.*[wv]_[xyz].*) = (.*)$', text, re.MULTILINE)
+    return equations, re.findall(r'^  d = \[(.*)\]$', text, re.MULTILINE)
+
+
+@pytest.mark.parametrize('robot, rows', [('planar_3rrr', 3), ('stewart_6ups', 6), ('delta', 3)])
+def test_printed_equations_of_a_parallel_robot_give_its_twist(robot, rows, capsys):
+    """Read back as they stand, at a random posture, they are solved by the platform's twist."""
+    import sympy
+    file = ROBOTS / f'{robot}.yaml'
+    assert derive.main([str(file), '--quantity', 'velocity']) == console.OK
+    equations, lines = printed_equations(capsys.readouterr().out)
+    manipulator, rng = models.load(file), np.random.default_rng(2)
+    posture = manipulator.posture(
+        manipulator.home.actuated + rng.uniform(-0.1, 0.1, manipulator.dof))
+    rates = rng.normal(size=manipulator.dof)
+    (twist,), _ = manipulator.rates(posture, rates)
+    R = posture.pose[:3, :3]
+    known = {**dict(zip(('w_x', 'w_y', 'w_z', 'v_x', 'v_y', 'v_z'), twist)),
+             **{f'p_{axis}': x for axis, x in zip('xyz', posture.pose[:3, 3])},
+             **{f'r{i + 1}{j + 1}': R[i, j] for i in range(3) for j in range(3)},
+             'phi': np.arctan2(R[1, 0], R[0, 0])}
+    for k, (q, qd) in enumerate(zip(posture.actuated, rates), start=1):
+        known |= {f'q{k}': q, f'qd{k}': qd}
+
+    def number(text):
+        return float(sympy.sympify(text).subs(known))
+
+    for k, line in enumerate(lines, start=1):
+        d = np.array([number(part) for part in line.split(', ')])
+        known |= {f'f{k}_{axis}': x for axis, x in zip('xyz', d / np.linalg.norm(d))}
+    assert len(equations) == len(lines) == rows
+    for left, right in equations:
+        assert number(left) == pytest.approx(number(right), abs=1e-10)
+
+
+def test_parallel_robot_in_latex(capsys):
+    file = str(ROBOTS / 'planar_3rrr.yaml')
+    assert derive.main([file, '--format', 'latex']) == console.OK
+    text = capsys.readouterr().out
+    assert text.count(r'\begin{aligned}') == text.count(r'\end{aligned}') == 3 * 6
+    assert r'\dot{q}_{1} \dot{\theta}_{1} \left[\$_1, \$_2\right]' in text
+    assert '% limb_3, actuation: force on the line from elbow_3 to wrist_3' in text
