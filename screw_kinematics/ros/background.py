@@ -4,17 +4,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from concurrent.futures import Future
+from functools import partial
 from itertools import count
-from queue import PriorityQueue
+from queue import Empty, PriorityQueue, SimpleQueue
 from threading import Thread
 from typing import Any
 
 from ..errors import ScrewKinematicsError
 
 Work = Callable[[], Any]
-_Queue = PriorityQueue[tuple[int, int, Future[Any], Work | None]]
+Done = Callable[[Any], None]
+Failed = Callable[[ScrewKinematicsError], None]
+
 _NOW, _LATER, _LAST = range(3)
+_Waiting = PriorityQueue[tuple[int, int, tuple[Work, Done, Failed] | None]]
+_Finished = SimpleQueue[Callable[[], None]]
 
 
 class Background:
@@ -24,18 +28,24 @@ class Background:
     The work must not touch what the node uses; what it returns takes effect only in
     :meth:`collect`, which the node's own thread calls. The end of the process does not wait
     for it: compiling may take seconds.
+
+    Attributes
+    ----------
+    pending : int
+        How much work has not been handed over yet.
+
     """
 
     def __init__(self) -> None:
-        self._waiting: _Queue = PriorityQueue()
+        self.pending = 0
         self._numbers = count()
-        self._jobs: list[tuple[Future[Any], Callable[[Any], None],
-                               Callable[[ScrewKinematicsError], None]]] = []
+        self._waiting: _Waiting = PriorityQueue()
+        self._finished: _Finished = SimpleQueue()
         # A pool of threads would be waited for.
-        Thread(target=_run, args=(self._waiting,), name='compile', daemon=True).start()
+        Thread(target=_run, args=(self._waiting, self._finished), name='compile',
+               daemon=True).start()
 
-    def submit(self, work: Work, done: Callable[[Any], None],
-               failed: Callable[[ScrewKinematicsError], None], urgent: bool = True) -> None:
+    def submit(self, work: Work, done: Done, failed: Failed, urgent: bool = True) -> None:
         """
         Begin some work.
 
@@ -49,39 +59,35 @@ class Background:
             Whether to do it before all that is not; else in the order of submission.
 
         """
-        future: Future[Any] = Future()
-        self._jobs.append((future, done, failed))
-        self._waiting.put((_NOW if urgent else _LATER, next(self._numbers), future, work))
+        self.pending += 1
+        self._waiting.put((_NOW if urgent else _LATER, next(self._numbers),
+                           (work, done, failed)))
 
     def collect(self) -> None:
-        """Hand over the results that are there, in the order of submission."""
-        for job in [job for job in self._jobs if job[0].done()]:
-            self._jobs.remove(job)
-            future, done, failed = job
-            error = future.exception()
-            if error is None:
-                done(future.result())
-            elif isinstance(error, ScrewKinematicsError):
-                failed(error)
-            else:   # of a stranger's description, it must not end the node
-                failed(ScrewKinematicsError(f'{type(error).__name__}: {error}'))
+        """Hand over the results that are there, in the order in which the work was done."""
+        while not self._finished.empty():
+            hand_over = self._finished.get()
+            self.pending -= 1
+            hand_over()
 
     def close(self) -> None:
-        """Drop all work that has not begun."""
-        for future, _, _ in self._jobs:
-            future.cancel()
-        self._jobs.clear()
-        self._waiting.put((_LAST, 0, Future(), None))
+        """Drop all work that has not begun, and all results."""
+        while True:
+            try:
+                self._waiting.get_nowait()
+            except Empty:
+                break
+        self._waiting.put((_LAST, 0, None))
+        self._finished = SimpleQueue()
+        self.pending = 0
 
 
-def _run(waiting: _Queue) -> None:
-    while True:
-        _, _, future, work = waiting.get()
-        if work is None:
-            return
-        if not future.set_running_or_notify_cancel():
-            continue
+def _run(waiting: _Waiting, finished: _Finished) -> None:
+    while (job := waiting.get()[2]) is not None:
+        work, done, failed = job
         try:
-            future.set_result(work())
-        except Exception as error:
-            future.set_exception(error)
+            finished.put(partial(done, work()))
+        except ScrewKinematicsError as error:
+            finished.put(partial(failed, error))
+        except Exception as error:      # of a stranger's description, it must not end the node
+            finished.put(partial(failed, ScrewKinematicsError(f'{type(error).__name__}: {error}')))

@@ -27,11 +27,13 @@ def test_urgent_work_is_done_first_and_results_come_only_when_collected(backgrou
     background.submit(begin.wait, results.append, errors.append)
     for name, urgent in ('slow 1', False), ('model 1', True), ('slow 2', False), ('model 2', True):
         background.submit(work(name), results.append, errors.append, urgent=urgent)
+    assert background.pending == 5
     begin.set()
     wait_until(lambda: len(order) == 4)
     assert order == ['model 1', 'model 2', 'slow 1', 'slow 2'] and results == []
     wait_until(lambda: len(results) == 5, poll=background.collect)
-    assert sorted(map(str, results)) == ['True', *sorted(order)] and errors == []
+    assert results == [True, *order] and errors == []
+    assert background.pending == 0
 
 
 @pytest.mark.parametrize('error, told', [

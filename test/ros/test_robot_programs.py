@@ -60,7 +60,7 @@ def test_far_from_home_in_another_assembly_mode(planar, wait_until):
         def there():    # and so is machine code, where it takes over
             robot.look_around(0.0)
             background.collect()
-            return robot.topics.wanted == wanted and not background._jobs
+            return robot.topics.wanted == wanted and background.pending == 0
         wait_until(there)
 
     subscriptions = [node.create_subscription(PoseStamped, 'planar/pose', print, 10)]
