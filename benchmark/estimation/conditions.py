@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 import math
 import zlib
 
@@ -30,6 +30,7 @@ class Condition:
     lag: of the velocity, s
     faults: 3 % of messages dropped, 1 % doubled, 1 % swapped
     jitter: of the sampling instants, as a share of the period; the stamp knows it
+    burst: samples that arrive, and are stamped, together: 20 us apart, when the last is taken
 
     """
 
@@ -40,6 +41,7 @@ class Condition:
     lag: float = 0.0
     faults: bool = False
     jitter: float = 0.1
+    burst: int = field(default=1, repr=False)     # noise is seeded by the rest
 
 
 CONDITIONS = {
@@ -57,12 +59,13 @@ CONDITIONS = {
     '500 Hz, differenced velocity': Condition(500, 1e-4, velocity='differenced'),
     '500 Hz, filtered velocity': Condition(500, 1e-4, velocity='filtered'),
     '250 Hz, stamped on arrival': Condition(250, 1e-6, 200e-6, faults=True, jitter=0.0),
+    '500 Hz, bursts of five': Condition(500, 1e-5, 50e-6, jitter=0.0, burst=5),
 }
 
 
 @dataclass(frozen=True)
 class Recording:
-    """Samples as they arrive, the same in order and complete, and the truth."""
+    """Samples as they arrive, the same in order (and not in bursts), and the truth."""
 
     stamps: np.ndarray
     positions: np.ndarray
@@ -85,6 +88,11 @@ def record(kind: str, condition: Condition, seed: int) -> Recording:
     wobble = rng.uniform(-0.5, 0.5, count) * condition.jitter
     t = 0.01 + (np.arange(count) + wobble) * period
     stamps = t + rng.normal(0, 1, count) * condition.stamp_error
+    taken = stamps
+    if condition.burst > 1:
+        place = np.arange(count) % condition.burst
+        last = np.minimum(np.arange(count) - place + condition.burst, count) - 1
+        stamps = stamps[last] + 20e-6 * place
     for k in range(1, count):
         stamps[k] = max(stamps[k], stamps[k - 1] + 1e-6)
     truth = np.stack([joint(t) for joint in joints], axis=-1)
@@ -97,7 +105,7 @@ def record(kind: str, condition: Condition, seed: int) -> Recording:
     order = np.arange(count)
     if condition.faults:
         order = order[(rng.random(count) > 0.03) | (order < 5)]
-    ordered = (stamps[order], q[order], None if v is None else v[order])
+    ordered = (taken[order], q[order], None if v is None else v[order])
     if condition.faults:
         order = np.sort(np.concatenate([order, order[rng.random(len(order)) < 0.01]]))
         k = 3

@@ -10,6 +10,7 @@ import math
 
 import numpy as np
 
+from .bursts import BurstClock
 from .divided_difference import divided_difference
 from .joint_motion import Array
 
@@ -25,8 +26,11 @@ BLOCK, REST = 8, 0.02
 WINDOW = BLOCK + 4
 """Samples that are looked at for that."""
 
-_ROW = np.arange(BLOCK)[:, None]
-_COLUMN = _ROW + np.arange(5)
+FOURTH, SECOND = 5, 3
+"""Samples of a fourth difference, and of a second one. The latter is for bursts: the fourth
+would not see that a joint runs on evenly though the stamps nearly stand still."""
+
+_ROWS = {points: np.arange(WINDOW + 1 - points)[:, None] for points in (FOURTH, SECOND)}
 
 ADOPT, ABANDON = 0.4, 0.7
 """Ratio of noise with regular stamps to that with given stamps below/above which to change."""
@@ -44,7 +48,8 @@ class SamplingClock:
     A controller samples periodically, but its messages are often stamped on arrival, and the
     error of the stamp times the velocity is an error of position. An alpha-beta clock predicts
     the ticks. They replace the stamps while, and only while, the positions are smoother (by
-    their fourth divided differences) against the ticks than against the stamps.
+    their fourth divided differences) against the ticks than against the stamps. Where samples
+    arrive in bursts, the ticks are counted.
 
     Attributes
     ----------
@@ -64,6 +69,8 @@ class SamplingClock:
         self.state[JUDGED] = -math.inf
         self.samples: deque[tuple[float, float, Array]] = deque(maxlen=WINDOW)
         self._stamps: list[float] = []
+        self._bursts: BurstClock | None = None
+        self._lossy = False
 
     @property
     def regularised(self) -> bool:
@@ -78,19 +85,27 @@ class SamplingClock:
     def push(self, stamp: float, position: Array) -> float:
         """Take one sample; return the stamp to use for it."""
         state = self.state
-        if not state[PERIOD]:
+        if state[PERIOD]:
+            tick = next_tick(state, stamp)
+        elif self._bursts is not None:
+            state[TICK] = tick = self._bursts.next_tick(stamp)
+            state[FRESH] += 1.0
+        else:
             self._stamps.append(stamp)
             if len(self._stamps) == LOCK_SAMPLES:
                 self._lock()
             return stamp
-        tick = next_tick(state, stamp)
         if tick != tick:
+            lossy = self._lossy or self._bursts is not None and self._bursts.lossy
             self.start()
+            self._lossy = lossy
             return stamp
         self.samples.append((stamp, tick, position))
         if due(state) and len(self.samples) == WINDOW:
             given, ticks, positions = zip(*self.samples)
-            noise, moving = roughness(np.array((given, ticks)), np.array(positions))
+            noise, moving = roughness(
+                np.array((given, ticks)), np.array(positions),
+                FOURTH if self._bursts is None else SECOND)
             of_stamps, of_ticks = noise.tolist()
             decide(state, of_stamps, of_ticks, moving)
         return tick if state[REGULARISED] else stamp
@@ -98,6 +113,9 @@ class SamplingClock:
     def _lock(self) -> None:
         """Fit period and phase to the first stamps, allowing for missing ones."""
         t = np.array(self._stamps)
+        self._bursts = None if self._lossy else BurstClock.recognise(t)
+        if self._bursts is not None:
+            return
         steps = np.diff(t)
         ticks = np.maximum(1, np.rint(steps / np.median(steps))).cumsum()
         period, phase = np.polyfit(ticks, t[1:], 1).tolist()
@@ -155,9 +173,9 @@ def decide(state: MutableSequence[float], given: float, ticks: float, moving: in
         state[REGULARISED] = 1.0 if state[NOISE_TICKS] < limit * state[NOISE_GIVEN] else 0.0
 
 
-def roughness(stamps: Array, positions: Array) -> tuple[Array, int]:
+def roughness(stamps: Array, positions: Array, points: int = FOURTH) -> tuple[Array, int]:
     """
-    Return the mean squares of the positions' fourth differences against two kinds of stamps.
+    Return the mean squares of the positions' differences against two kinds of stamps.
 
     Parameters
     ----------
@@ -165,6 +183,8 @@ def roughness(stamps: Array, positions: Array) -> tuple[Array, int]:
         Two stamps of each sample, s.
     positions: shape (WINDOW, n)
         Of n joints.
+    points:
+        One more than the order of the differences.
 
     Returns
     -------
@@ -174,7 +194,9 @@ def roughness(stamps: Array, positions: Array) -> tuple[Array, int]:
     q = positions - positions[0]
     moving = int(np.count_nonzero(q.any(axis=0)))
     # As one product, with the differences' coefficients as the bands of two matrices.
-    bands = np.zeros((2, BLOCK, WINDOW))
-    bands[:, _ROW, _COLUMN] = divided_difference(stamps[:, _COLUMN])
+    row = _ROWS[points]
+    column = row + np.arange(points)
+    bands = np.zeros((2, len(row), WINDOW))
+    bands[:, row, column] = divided_difference(stamps[:, column])
     differences = bands.reshape(-1, WINDOW).dot(q).reshape(2, -1)
-    return (differences * differences).sum(axis=1) / (BLOCK * max(moving, 1)), moving
+    return (differences * differences).sum(axis=1) / (len(row) * max(moving, 1)), moving
