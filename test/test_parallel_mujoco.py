@@ -69,7 +69,7 @@ class LoopModel:
 
     @property
     def jacobian(self):
-        """The equality constraints' Jacobian by the measured joints."""
+        """Return the equality constraints' Jacobian by the measured joints."""
         rows = np.array(self.data.efc_J).reshape(-1, self.model.nv)[:self.data.ne]
         return rows @ self.spread
 
