@@ -4,12 +4,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from struct import error as PackError, Struct
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from . import run_memory as at, steady_steps
 from .compiled import Kernels
@@ -116,7 +115,7 @@ class CompiledRun:
     @property
     def onward(self) -> float:
         """How far the estimate lies after the sample that it starts from, s."""
-        return self.instant - self._delay - float(self._memory[at.LAG_STAMPS][self._slots()[0]])
+        return self._cells[at.ONWARD]  # type: ignore[no-any-return]
 
     def take(self, stamp: float, position: Any, velocity: Any) -> bool:
         """
@@ -150,14 +149,14 @@ class CompiledRun:
             return lambda: (weights, noise, x, p)
         gains, taps = self._gains, self._taps
         assert gains is not None and taps is not None
-        slots, errors = self._slots(), self._innovations().copy()
-        stamps = self._memory[at.LAG_STAMPS][slots]
-        oldest = self._memory[at.LAG_STATES][slots[:1]]
+        memory, channels = self._memory, 1 if gains.step.velocity is None else 2
+        slots, errors = self._slots(), self._innovations()[:channels].copy()
+        stamps, oldest = memory[at.LAG_STAMPS].copy(), memory[at.LAG_STATES][slots[0]].copy()
 
         def smoothed() -> tuple[Array, Array, Array, Array]:
-            states = np.broadcast_to(oldest, (len(stamps), *oldest.shape[1:]))
-            x, _ = carry_back(_steps(gains, stamps, states, errors), covariance=False)
-            return weights, noise, x, taps.covariance(len(stamps))
+            states = [oldest] * len(slots)      # only the first is looked at
+            x, _ = carry_back(_steps(gains, stamps[slots], states, errors), covariance=False)
+            return weights, noise, x, taps.covariance(len(slots))
 
         return smoothed
 
@@ -263,20 +262,21 @@ class CompiledRun:
             state[at.LAG_HEAD], state[at.LAG_COUNT] = len(steps) - 1, len(steps)
             state[at.LAG_END] = len(steps)
 
-    def _slots(self) -> NDArray[np.intp]:
+    def _slots(self) -> list[int]:
         """Return the places of the samples since the delayed instant in their rings."""
-        memory = self._memory
-        head, count = int(memory.state[at.LAG_HEAD]), int(memory.state[at.LAG_COUNT])
-        return np.arange(head - count + 1, head + 1) % len(memory[at.LAG_STAMPS])
+        cells, ring = self._cells, len(self._memory[at.LAG_STAMPS])
+        head = int(cells[at.STATE + at.LAG_HEAD])
+        count = int(cells[at.STATE + at.LAG_COUNT])
+        return [k % ring for k in range(head - count + 1, head + 1)]
 
     def _innovations(self) -> Array:
         """Return the innovations since the delayed instant, shape (2, n, M, length)."""
-        end, count = (int(self._memory.state[i]) for i in (at.LAG_END, at.LAG_COUNT))
+        end, count = (int(self._cells[at.STATE + i]) for i in (at.LAG_END, at.LAG_COUNT))
         return self._memory[at.LAG_ERRORS][..., end - count:end]
 
 
 def _steps(
-    gains: SteadyGains, stamps: Array, states: Array, errors: Array
+    gains: SteadyGains, stamps: Array, states: Iterable[Array], errors: Array
 ) -> list[tuple[float, Step]]:
     """
     Return steps with these gains.
@@ -287,12 +287,12 @@ def _steps(
         The gains.
     stamps: shape (N,)
         Their stamps, s.
-    states: shape (N, n, M, 4)
+    states: N of shape (n, M, 4)
         Predicted states.
-    errors: shape (2, n, M, N)
-        Innovations of position and velocity.
+    errors: shape (2, n, M, N) or (1, n, M, N)
+        Innovations of position and, if the gains use it, velocity.
 
     """
     spans = np.diff(stamps, prepend=stamps[0] - gains.reference)
-    return [(stamp, gains.repeated(dt, state.T, e[..., 0], e[..., 1])) for stamp, dt, state, e in
+    return [(stamp, gains.repeated(dt, state.T, e[..., 0], e[..., -1])) for stamp, dt, state, e in
             zip(stamps.tolist(), spans.tolist(), states, errors.T)]

@@ -145,7 +145,8 @@ def _advance(memory, n):
     if delay > 0.0:
         stamps = block(memory, at.LAG_STAMPS)
         head, count = int(state[at.LAG_HEAD]), int(state[at.LAG_COUNT])
-        onward = (stamps[head] - delay - stamps[head - count + 1]) / TIME_UNIT
+        memory[at.ONWARD] = stamps[head] - delay - stamps[head - count + 1]
+        onward = memory[at.ONWARD] / TIME_UNIT
         end = _error_place(memory, state, errors) + 1
     for j in range(n):
         _step_filters(

@@ -162,7 +162,7 @@ class MotionEstimator(GuardedEstimator):
         assert self._lag is not None
         self._lag.push(stamp, step, bank.steady)
         wanted = stamp - self.delay
-        smoothed = self._lag.smooth(wanted, bank.weights)
+        smoothed = self._lag.smooth(wanted, bank.weights, bank.mean)
         if smoothed is None or self._count < self.min_samples:
             return None
         time, mean, parts = smoothed

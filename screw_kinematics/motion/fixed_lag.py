@@ -161,9 +161,20 @@ class FixedLag:
         self._place = -1
         self._run = 0
 
-    def smooth(self, stamp: float, weights: Array) -> tuple[float, Array, Parts] | None:
+    def smooth(
+        self, stamp: float, weights: Array, mean_of: Callable[[Array], Array]
+    ) -> tuple[float, Array, Parts] | None:
         """
         Return the weighted mean of the filters at the last sample up to `stamp`.
+
+        Parameters
+        ----------
+        stamp:
+            The instant that is wanted, s.
+        weights: shape (M, n)
+            Weights of the filters.
+        mean_of:
+            Returns the mean of states (4, M, n) with these weights, shape (4, n).
 
         Returns
         -------
@@ -182,9 +193,9 @@ class FixedLag:
         taps, since = self.taps, tuple(steps)
         if taps is None:
             state, _ = carry_back(since, covariance=False)
-            return time, np.einsum('mn,kmn->kn', weights, state), lambda: carry_back(since)
+            return time, mean_of(state), lambda: carry_back(since)
         begin = self._place - count + 1
-        mean = np.add.reduce(weights * step.state, axis=1)
+        mean = mean_of(step.state)
         mean += taps.correction(weights, self._errors[:, begin:self._place + 1])
         return time, mean, lambda: (
             carry_back(since, covariance=False)[0], taps.covariance(count))

@@ -45,7 +45,8 @@ from .velocity_evidence import ROWS
  LENGTH,        # most samples from the delayed instant to the latest
  TAP_SETS,      # 1, or n where the joints' gains differ
  STEP,          # time from the sample before to that at hand, s
- STATE) = range(BLOCKS + 1, BLOCKS + 18)
+ ONWARD,        # time from the sample before the delayed instant to that, s
+ STATE) = range(BLOCKS + 1, BLOCKS + 19)
 
 # State.
 (STAMP, SHORTEST,       # of the guard

@@ -11,7 +11,6 @@ import math
 import numpy as np
 
 from .bursts import BurstClock
-from .divided_difference import divided_difference
 from .joint_motion import Array
 
 LOCK_SAMPLES = 40
@@ -30,7 +29,8 @@ FOURTH, SECOND = 5, 3
 """Samples of a fourth difference, and of a second one. The latter is for bursts: the fourth
 would not see that a joint runs on evenly though the stamps nearly stand still."""
 
-_ROWS = {points: np.arange(WINDOW + 1 - points)[:, None] for points in (FOURTH, SECOND)}
+_COLUMNS = {points: np.arange(points)[:, None] + np.arange(WINDOW + 1 - points)
+            for points in (FOURTH, SECOND)}
 
 ADOPT, ABANDON = 0.4, 0.7
 """Ratio of noise with regular stamps to that with given stamps below/above which to change."""
@@ -104,7 +104,7 @@ class SamplingClock:
         if due(state) and len(self.samples) == WINDOW:
             given, ticks, positions = zip(*self.samples)
             noise, moving = roughness(
-                np.array((given, ticks)), np.array(positions),
+                np.array((given, ticks)), np.concatenate(positions).reshape(WINDOW, -1),
                 FOURTH if self._bursts is None else SECOND)
             of_stamps, of_ticks = noise.tolist()
             decide(state, of_stamps, of_ticks, moving)
@@ -193,10 +193,15 @@ def roughness(stamps: Array, positions: Array, points: int = FOURTH) -> tuple[Ar
     """
     q = positions - positions[0]
     moving = int(np.count_nonzero(q.any(axis=0)))
-    # As one product, with the differences' coefficients as the bands of two matrices.
-    row = _ROWS[points]
-    column = row + np.arange(points)
+    # As one product, with the differences' coefficients as the bands of two matrices. They are
+    # those of `divided_difference`, found for all windows side by side, which takes half the time.
+    column = _COLUMNS[points]
+    row = np.arange(column.shape[1])
+    t = stamps[:, column]
+    c = 1.0 / np.multiply.reduce(t[:, :, None] - t[:, None] + np.eye(points)[:, :, None], axis=1)
+    c /= np.sqrt(np.add.reduce(c * c, axis=1))[:, None]
     bands = np.zeros((2, len(row), WINDOW))
-    bands[:, row, column] = divided_difference(stamps[:, column])
+    bands[:, row, column] = c
     differences = bands.reshape(-1, WINDOW).dot(q).reshape(2, -1)
-    return (differences * differences).sum(axis=1) / (len(row) * max(moving, 1)), moving
+    squares = np.einsum('ij,ij->i', differences, differences)
+    return squares / (len(row) * max(moving, 1)), moving

@@ -102,7 +102,8 @@ class SteadySteps:
 
     def _clear(self) -> None:
         """Forget steps whose weights are still to be found."""
-        self._unweighed: list[float] = []
+        self._unweighed: list[float] = []       # shares of steps in the means, over `_remaining`
+        self._remaining = 1.0        # share of what was before these
         self._unweighed_time = 0.0
         self._span = 0.0
 
@@ -155,34 +156,35 @@ class SteadySteps:
             np.add(x, product, x)
         kept = math.exp(-dt / self.window)
         self._span = kept * self._span + 1.0
-        unweighed.append(kept)
+        self._remaining = share = kept * self._remaining
+        unweighed.append((1.0 - kept) / share)
         self._unweighed_time += dt
         if self._unweighed_time >= REWEIGH:
             self._reweigh_steady(steady)
         if self.remember:
             return steady.repeated(dt, predicted.reshape(self._x.shape).copy(), error.copy(), (
                 None if velocity_error is None else velocity_error.copy()))
-        if self._mixed is not self.weights:
-            self._mixing_weights[...] = self._mixed = self.weights
-        self.state = state = x.dot(self._mixing)
+        self.state = state = self.mean(x)
         state *= self._physical
         return None
 
+    def mean(self, x: Array) -> Array:
+        """Return the weighted mean over the filters, shape (4, n), of what has 4 M n numbers."""
+        if self._mixed is not self.weights:
+            self._mixing_weights[...] = self._mixed = self.weights
+        return x.reshape(4, -1).dot(self._mixing)  # type: ignore[no-any-return]
+
     def _reweigh_steady(self, steady: SteadyGains) -> None:
         """Do for all steps since the last time at once what `_reweigh` does for one."""
-        kept, self._unweighed, self._unweighed_time = self._unweighed, [], 0.0
-        if kept:
-            shares, share = [], 1.0
-            for k in reversed(kept):
-                shares.append((1.0 - k) * share)
-                share *= k
-            shares.reverse()
-
+        shares, kept, steps = self._unweighed, self._remaining, len(self._unweighed)
+        self._unweighed, self._remaining, self._unweighed_time = [], 1.0, 0.0
+        if steps:
             def mean(errors: Array, precision: Array, old: Array) -> Array:
-                squares = errors[:len(shares)].reshape(len(shares), -1)
+                squares = errors[:steps].reshape(steps, -1)
                 new: Array = np.array(shares).dot(squares * squares).reshape(old.shape)
                 new *= precision
-                new += share * old
+                new += old
+                new *= kept
                 return new
 
             self._noise = mean(self._errors[0], steady.table[4], self._noise)
