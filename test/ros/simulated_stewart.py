@@ -45,15 +45,16 @@ def legs(t):
 
 def main():
     """Run the node; its estimator 'kalman' gives the exact rates of this motion."""
-    from screw_kinematics.motion import ESTIMATORS, JointMotion
+    from screw_kinematics.motion import ESTIMATORS
     from screw_kinematics.ros.main import main as node
 
     class ExactRates(ESTIMATORS['kalman']):
         """Give the rates at the stamp, with the position that was measured."""
 
-        def update(self, stamp, position, velocity=None):
+        def push(self, stamp, position, velocity=None):
             length, rate, slope = legs(stamp)
-            return JointMotion(stamp, np.array([position, rate, slope, 0 * rate]))
+            self.stamp, self._state = stamp, np.array([position, rate, slope, 0 * rate])
+            return True
 
     ESTIMATORS['kalman'] = ExactRates
     return node()
