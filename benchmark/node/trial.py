@@ -22,7 +22,7 @@ from .contenders import Contender
 from .robot import Driver, PERIOD_NS
 
 WINDOW = 50         # messages under way at most, fewer than any queue holds: nothing is lost
-WARM_UP = 6000      # messages for each robot, after which estimators have converged
+WARM_UP = 4000      # messages for each robot, after which estimators have converged
 PATIENCE = 60.0     # for a node to start [s]
 SILENCE = 5.0       # without any output, after which what is under way counts as lost [s]
 MESSAGES = {'twist': TwistStamped, 'accel': AccelStamped}
