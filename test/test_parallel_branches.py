@@ -26,6 +26,15 @@ def pose_of(x=0.0, y=0.0, yaw=0.0):
     return T
 
 
+def with_endless_joints(planar):
+    """Return the planar robot with joints whose whole turns do not count."""
+    return ParallelManipulator(
+        [SerialChain([Joint(j.name, 'continuous', j.axis, j.point) for j in limb.joints],
+                     limb.T_base_tool, name=limb.name) for limb in planar.limbs],
+        planar.joint_names, dict(zip(
+            planar.joint_names + planar.passive_joint_names, planar.home.joints)))
+
+
 def planar_joints(pose):
     """Return the motors' angles of the planar robot in closed form."""
     q = np.array(geometry.planar_3rrr(exact(pose[:3, :3]), exact(pose[:3, 3])), dtype=float)
@@ -169,11 +178,7 @@ def test_motion_that_the_limbs_do_not_allow():
 @pytest.mark.parametrize('turns', [-3, 1])
 def test_whole_turns_of_a_continuous_motor_do_not_count(turns):
     planar = load('planar_3rrr')
-    endless = ParallelManipulator(
-        [SerialChain([Joint(j.name, 'continuous', j.axis, j.point) for j in limb.joints],
-                     limb.T_base_tool, name=limb.name) for limb in planar.limbs],
-        planar.joint_names, dict(zip(
-            planar.joint_names + planar.passive_joint_names, planar.home.joints)))
+    endless = with_endless_joints(planar)
     q = planar.home.actuated + [0.1, -0.05, 0.02]
     np.testing.assert_allclose(
         endless.posture(q + 2 * np.pi * turns * np.array([1, 0, -1])).pose,

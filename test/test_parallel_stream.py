@@ -13,7 +13,8 @@ from screw_kinematics.errors import (
     AssemblyModeError, ClosureError, ScrewKinematicsError, SingularityError)
 from screw_kinematics.parallel import ParallelManipulator
 from test_parallel_branches import (
-    parallelogram, planar_joints, pose_of, singular_yaw, stretched)
+    parallelogram, planar_joints, pose_of, singular_yaw, stretched,
+    with_endless_joints)
 
 load = cache(robot)
 PERIOD = 0.002
@@ -83,11 +84,7 @@ def test_machine_code_does_the_same():
 
 def test_endless_motors_go_round():
     planar = load('planar_3rrr')
-    endless = ParallelManipulator(
-        [SerialChain([Joint(j.name, 'continuous', j.axis, j.point) for j in limb.joints],
-                     limb.T_base_tool, name=limb.name) for limb in planar.limbs],
-        planar.joint_names, dict(zip(
-            planar.joint_names + planar.passive_joint_names, planar.home.joints)))
+    endless = with_endless_joints(planar)
     program = endless.compile(('pose',), 'python')
     for k in range(5):
         q = planar.home.actuated + 0.002 * k
