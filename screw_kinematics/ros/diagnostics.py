@@ -29,7 +29,6 @@ class Diagnostics:
 
     def __init__(self) -> None:
         self._since: dict[str, tuple[float, int, int, int]] = {}
-        self._lost: dict[str, int] = {}
         self._unreadable: dict[str, int] = {}
         self._logged: Counter[str] = Counter()
         self._last_log = -LOG_PERIOD
@@ -65,13 +64,8 @@ class Diagnostics:
         for topic, joint_input in node.inputs.items():
             values[f'{topic} received'] = joint_input.received
             values[f'{topic} without stamp'] = joint_input.unstamped
-            values[f'{topic} lost by middleware'] = joint_input.lost
             for reason, n in joint_input.refused.items():
                 values[f'{topic} refused {reason}'] = n
-            lost = joint_input.lost - self._lost.get(topic, 0)
-            if lost > 0:
-                level, message = WARN, f'{lost} messages lost by the middleware on {topic}'
-            self._lost[topic] = joint_input.lost
             refused = joint_input.refused.total()
             if refused > self._unreadable.get(topic, 0):
                 level, message = WARN, f'unreadable messages on {topic}: {joint_input.last_error}'
