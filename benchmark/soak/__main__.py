@@ -110,6 +110,7 @@ def tables(result: Result) -> list[Table]:
             result.latency_p50, result.latency_p99, result.latency_worst)))
     summary.add_row('worst latency, bursts and the like included',
                     f'{result.latency_worst_in_faults * 1e3:.0f} ms')
+    summary.add_row('stopped subscribers that were cut off', str(result.deaf_subscribers))
     summary.add_row('estimators started anew', '; '.join(
         f'{name}: ' + ', '.join(f'{why} {n}' for why, n in r.items())
         for name, r in result.restarts.items() if r))

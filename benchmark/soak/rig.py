@@ -42,7 +42,7 @@ class Rig:
     Parameters
     ----------
     directory : Path
-        For the parameters, logs and shared memory.
+        For the parameters, logs, and what the processes tell each other.
     rate : int
         Samples of each robot in a second.
     seed : int
@@ -55,6 +55,7 @@ class Rig:
         self.permitted = Permitted()
         self.memory, self.relay_memory = Memory(), Memory()
         self._directory, self._rate, self._seed = directory, rate, seed
+        self._listening = directory / 'listening'
         self.progress = Progress(directory / 'progress', len(ROBOTS))
         begin = time.time_ns() // TICK_NS // SAMPLES * SAMPLES
         for robot in range(len(ROBOTS)):
@@ -80,7 +81,8 @@ class Rig:
         self.node = self._start_node()
         self._relay = self._start_module('relay') if relay else None
         self._next_check = self._next_rss = 0.0
-        self.stalling = self._start_module('stalling')
+        self.deaf_subscribers = 0
+        self.stalling = self._start_subscriber('reliable')
         self._command_number = 0
         self.start_source()
 
@@ -116,11 +118,28 @@ class Rig:
             'source', self._directory / 'progress', self._rate,
             self._seed + self._command_number, 1 if self._relay is None else 2)
 
-    def restart_subscriber(self) -> None:
-        """Kill the other subscriber, and start a new one."""
+    def _start_subscriber(self, reliability: str) -> subprocess.Popen:
+        self._listening.unlink(missing_ok=True)
+        return self._start_module('stalling', reliability, self._listening)
+
+    def restart_subscriber(self, reliability: str = 'reliable') -> None:
+        """Kill the other subscriber, start a new one, and wait until it gets messages."""
         self.stalling.kill()
         self.stalling.wait()
-        self.stalling = self._start_module('stalling')
+        self.stalling = self._start_subscriber(reliability)
+        self.wait(self._listening.exists, 'the other subscriber to get a message')
+
+    def count_deaf_subscriber(self) -> None:
+        """
+        Note if the other subscriber, once stopped, is cut off.
+
+        Fast DDS 2.14 gives up the port in shared memory of a process that stands still, and
+        makes it anew for each message from then on. A process that goes on right between
+        the two listens to a deleted port for ever.
+        """
+        maps = Path(f'/proc/{self.stalling.pid}/maps').read_text().splitlines()
+        self.deaf_subscribers += any(
+            'fastrtps_port' in line and line.endswith('(deleted)') for line in maps)
 
     def command(self, name: str, *arguments: Any) -> None:
         """Have the source do something, and wait until it is done."""

@@ -59,6 +59,7 @@ class Result:
     latency_worst: float = 0.0
     latency_worst_in_faults: float = 0.0
     restarts: dict[str, dict[str, int]] = field(default_factory=dict)
+    deaf_subscribers: int = 0
 
     @property
     def passed(self) -> bool:
@@ -152,6 +153,7 @@ class Soak:
         figures = FaultFigures()
         self._close_books(figures)
         self._failures += figures.failures
+        rig.command('resume')
         rig.restart_subscriber()
 
     def _episode(self, name: str) -> None:
@@ -262,6 +264,7 @@ class Soak:
         result.latency_worst_in_faults = max(
             check.worst_in_faults for check in rig.checks.values())
         result.memory, result.relay_memory = rig.memory, rig.relay_memory
+        result.deaf_subscribers = rig.deaf_subscribers
         slope = rig.memory.slope
         if slope is not None and slope > MAX_SLOPE:
             result.failures.append(f'memory grows by {slope:.1f} KiB/min')
