@@ -3,9 +3,9 @@
 """
 Compare the node with others, in real processes over real DDS.
 
-Each round runs every contender once, so that what else the machine does falls on all of them
-alike; figures are medians over the rounds, with the least and the greatest in brackets.
-Ratios are formed within a round.
+Each round runs every contender once, with each number of robots in turn, so that what else the
+machine does falls on all of them alike; figures are medians over the rounds, with the least and
+the greatest in brackets. Ratios are formed within a round.
 """
 import argparse
 from collections import defaultdict
@@ -40,6 +40,8 @@ def main() -> None:
     contenders = [c for c in CONTENDERS if any(text in c.name for text in options.only)]
     results = run(contenders, options.robots, options.rounds, options.seconds)
     console = Console()
+    if not console.is_terminal:
+        console.width = 170
     console.print(one_robot_table(results, contenders, options.robots[0]))
     if len(options.robots) > 1:
         console.print(robots_table(results, contenders, options.robots))
@@ -56,8 +58,8 @@ def run(contenders: list[Contender], robots: list[int], rounds: int, seconds: fl
     with Progress(auto_refresh=False) as progress:
         task = progress.add_task('', total=rounds * len(robots) * len(contenders))
         for number in range(rounds):
-            for count in robots:
-                for contender in contenders:
+            for contender in contenders:
+                for count in robots:
                     progress.update(task, description=f'round {number + 1}, {count} robots: '
                                                       f'{contender.name}')
                     progress.refresh()

@@ -12,14 +12,18 @@ from numba import njit
 import numpy as np
 
 from . import pace, run_memory as at, sampling_clock, velocity_evidence, velocity_trust
-from .velocity_evidence_loops import judge
+from .velocity_block import NEIGHBOURS
+from .velocity_block_loops import measure
 
 _next_tick, _due, _decide = (
     njit(f) for f in (sampling_clock.next_tick, sampling_clock.due, sampling_clock.decide))
 _follow = njit(pace.follow)
 block = njit(at.block)
 exact = njit(error_model='numpy')
-_judge = exact(judge)
+_measure = exact(measure)
+_forgetting, _weigh, _differ = (
+    exact(f) for f in (velocity_evidence.forgetting, velocity_evidence.weigh,
+                       velocity_evidence.differ))
 
 
 @exact
@@ -162,10 +166,25 @@ def _admit_velocity(memory, trial, n):
 
 
 @exact
+def judge(t, q, v, known, blocks):
+    """Do what `velocity_evidence.judge` does."""
+    memories = _forgetting(t, blocks)
+    found, added = known.copy(), _measure(t, q, v)
+    changed = False
+    ratios = np.empty(q.shape[1])
+    for j in range(q.shape[1]):
+        ratios[j] = _weigh(found[:, j], added[:, j], memories)
+        changed = changed or _differ(ratios[j], found[velocity_evidence.RATIO, j])
+    if changed:
+        found[velocity_evidence.RATIO] = ratios
+    return found, changed
+
+
+@exact
 def _judge_velocities(memory, trial, n):
     """Judge the velocities if that is due; return whether what is used of them stays."""
     end = int(trial[at.TRUST_END])
-    fresh = end - velocity_evidence.NEIGHBOURS
+    fresh = end - NEIGHBOURS
     if not _heeded(memory) or fresh < velocity_trust.BLOCK or not (
             trial[at.INSTANT] - trial[at.TRUST_JUDGED] >= velocity_trust.BLOCK_TIME
             or trial[at.TRUST_JUDGEMENTS] < velocity_trust.FIRST_BLOCKS
@@ -175,20 +194,20 @@ def _judge_velocities(memory, trial, n):
     positions = block(memory, at.TRUST_POSITIONS).reshape((-1, n))
     velocities = block(memory, at.TRUST_VELOCITIES).reshape((-1, n))
     known = block(memory, at.TRUST_KNOWN).reshape((-1, n))
-    found, changed = _judge(stamps[:end], positions[:end], velocities[:end], known,
-                            int(trial[at.TRUST_JUDGEMENTS]))
+    found, changed = judge(stamps[:end], positions[:end], velocities[:end], known,
+                           int(trial[at.TRUST_JUDGEMENTS]))
     if changed:
         return False
     for j in range(n):
         for row in range(len(known)):
             known[row, j] = found[row, j]
-        for k in range(velocity_evidence.NEIGHBOURS):
+        for k in range(NEIGHBOURS):
             positions[k, j], velocities[k, j] = positions[fresh + k, j], velocities[fresh + k, j]
-    for k in range(velocity_evidence.NEIGHBOURS):
+    for k in range(NEIGHBOURS):
         stamps[k] = stamps[fresh + k]
     trial[at.TRUST_JUDGEMENTS] += 1.0
     trial[at.TRUST_JUDGED] = trial[at.INSTANT]
-    trial[at.TRUST_END] = velocity_evidence.NEIGHBOURS
+    trial[at.TRUST_END] = NEIGHBOURS
     return True
 
 

@@ -20,7 +20,7 @@ from .joint_motion import Array
 from .pace import Pace
 from .sampling_clock import SamplingClock, WINDOW
 from .steady_steps import Numbers, Snapshot
-from .velocity_evidence import NEIGHBOURS
+from .velocity_block import NEIGHBOURS
 from .velocity_trust import LONGEST_BLOCK, VelocityTrust
 
 TRUST_SAMPLES = at.TRUST_STAMPS, at.TRUST_POSITIONS, at.TRUST_VELOCITIES

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from screw_kinematics.motion import (
-    MotionEstimator, velocity_evidence, velocity_evidence_loops)
+    MotionEstimator, velocity_block, velocity_block_loops, velocity_evidence)
 from screw_kinematics.motion.divided_difference import divided_difference
 from screw_kinematics.motion.velocity_trust import VelocityTrust
 
@@ -181,10 +181,32 @@ def test_a_divided_difference_of_any_order_vanishes_on_polynomials_of_less():
 
 
 @pytest.mark.parametrize('compiled', [False, True])
-def test_loops_judge_as_arrays_do(compiled):
-    judge = velocity_evidence_loops.judge
+def test_loops_measure_as_arrays_do(compiled):
+    measure = velocity_block_loops.measure
     if compiled:
-        judge = pytest.importorskip('numba').njit(judge, error_model='numpy')
+        measure = pytest.importorskip('numba').njit(measure, error_model='numpy')
+    for t, q, v in blocks_of_samples(25 if compiled else 100):
+        np.testing.assert_allclose(
+            measure(t, q, v), velocity_block.measure(t, q, v), rtol=1e-6, atol=1e-16)
+
+
+def test_machine_code_judges_as_lists_do():
+    judge = pytest.importorskip(
+        'screw_kinematics.motion.compiled_admission', exc_type=ImportError).judge
+    known = np.zeros((velocity_evidence.ROWS, 3))
+    known[velocity_evidence.RATIO] = np.inf
+    changes = 0
+    for number, block in enumerate(blocks_of_samples(25)):
+        expected, changed = velocity_evidence.judge(*block, known, number)
+        known, changed_too = judge(*block, known, number)
+        np.testing.assert_allclose(known, expected, rtol=1e-6, atol=1e-16)
+        assert changed == changed_too
+        changes += changed
+    assert changes > 0
+
+
+def blocks_of_samples(step):
+    """Yield stamps, positions and velocities with all that is judged in them."""
     rng = np.random.default_rng(1)
     t = np.cumsum(1e-3 * (1.0 + 0.1 * rng.random(1200)))
     angle = 3.0 * t[:, None] + np.arange(3)
@@ -193,14 +215,6 @@ def test_loops_judge_as_arrays_do(compiled):
     v = vigour * (3.0 * np.cos(angle) + 1e-3 * rng.normal(size=angle.shape))
     v[900:, 0] *= -1.0
     v[600, 1] = np.nan
-    known = np.zeros((velocity_evidence.ROWS, 3))
-    known[velocity_evidence.RATIO] = np.inf
-    changes = 0
-    for block, begin in enumerate(range(0, 1100, 25 if compiled else 100)):
+    for block, begin in enumerate(range(0, 1100, step)):
         rows = slice(begin, begin + 36 + block % 2)
-        expected, changed = velocity_evidence.judge(t[rows], q[rows], v[rows], known, block)
-        known, changed_too = judge(t[rows], q[rows], v[rows], known, block)
-        np.testing.assert_allclose(known, expected, rtol=1e-6, atol=1e-16)
-        assert changed == changed_too
-        changes += changed
-    assert changes > 0 or not compiled
+        yield t[rows], q[rows], v[rows]
