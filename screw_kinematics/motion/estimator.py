@@ -79,7 +79,7 @@ class MotionEstimator(GuardedEstimator):
         self._trust = VelocityTrust(n_joints) if velocity == 'auto' else None
         self._instant = 0.0
         self._count = 0
-        self._source: tuple[Snapshot, Array | None]
+        self._source: tuple[Snapshot, Array | None] | None = None    # None: the bank as it is
         self._run: CompiledRun | None = None
         self._use(ready())
 
@@ -157,7 +157,7 @@ class MotionEstimator(GuardedEstimator):
             if self._count < self.min_samples:
                 return None
             self.stamp = stamp
-            self._source = bank.snapshot(), None
+            self._source = None
             return bank.state
         assert self._lag is not None
         self._lag.push(stamp, step, bank.steady)
@@ -234,7 +234,7 @@ class MotionEstimator(GuardedEstimator):
         return found
 
     def _covariance_source(self) -> CovarianceSource:
-        return partial(self._covariance, *self._source)
+        return partial(self._covariance, *(self._source or (self._bank.snapshot(), None)))
 
     def _covariance(self, snapshot: Snapshot, onward: Array | None) -> Array:
         weights, noise, x, p = snapshot()

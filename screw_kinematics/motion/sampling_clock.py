@@ -19,8 +19,11 @@ LOCK_SAMPLES = 40
 PHASE_GAIN, PERIOD_GAIN = 0.02, 1e-4
 """Gains of the alpha-beta clock."""
 
-BLOCK, REST = 8, 0.02
-"""Samples judged together, and least time between judgements, s."""
+BLOCK, REST, LONG_REST = 8, 0.02, 0.05
+"""Samples judged together, and least time between judgements, s: of the first `FIRST_BLOCKS`,
+and of later ones."""
+
+FIRST_BLOCKS = 25
 
 WINDOW = BLOCK + 4
 """Samples that are looked at for that."""
@@ -155,7 +158,8 @@ def next_tick(state: MutableSequence[float], stamp: float) -> float:
 
 def due(state: MutableSequence[float]) -> bool:
     """Whether the latest samples are to be judged, if there are enough of them."""
-    return state[FRESH] >= BLOCK and state[TICK] - state[JUDGED] >= REST
+    return state[FRESH] >= BLOCK and state[TICK] - state[JUDGED] >= (
+        REST if state[BLOCKS] < FIRST_BLOCKS else LONG_REST)
 
 
 def decide(state: MutableSequence[float], given: float, ticks: float, moving: int) -> None:

@@ -14,7 +14,7 @@ from .filter_step import SteadyGains, Step
 from .joint_motion import Array
 from .wiener_process import fill_transition, SCALE, TIME_UNIT
 
-REWEIGH = 4e-3
+REWEIGH = 8e-3
 """Time between renewals of the weights while the gains are kept, s; a part of their memory."""
 
 FLOOR = 1e-26
@@ -176,12 +176,12 @@ class SteadySteps:
 
     def _reweigh_steady(self, steady: SteadyGains) -> None:
         """Do for all steps since the last time at once what `_reweigh` does for one."""
-        shares, kept, steps = self._unweighed, self._remaining, len(self._unweighed)
+        shares, kept, steps = np.array(self._unweighed), self._remaining, len(self._unweighed)
         self._unweighed, self._remaining, self._unweighed_time = [], 1.0, 0.0
         if steps:
             def mean(errors: Array, precision: Array, old: Array) -> Array:
                 squares = errors[:steps].reshape(steps, -1)
-                new: Array = np.array(shares).dot(squares * squares).reshape(old.shape)
+                new: Array = shares.dot(squares * squares).reshape(old.shape)
                 new *= precision
                 new += old
                 new *= kept

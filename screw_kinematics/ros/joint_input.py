@@ -74,7 +74,7 @@ class JointInput:
 
         The middleware is not asked to report lost messages: rmw_fastrtps 8.4 takes two locks in
         one order while it reports a loss and in the other while it meets one, and so a node that
-        asks stands still for good under heavy losses.
+        asks stands still for good under heavy losses (ros2/rmw_fastrtps, pull request 890).
         """
         if self._subscription is None:
             self._subscription = self._node.create_subscription(
