@@ -17,7 +17,7 @@ from .velocity_evidence import (
 PAUSE = 0.1
 """A pause in the velocities after which old ones are forgotten, s."""
 
-BLOCK, BLOCK_TIME, LONGEST_BLOCK = 8, 0.06, 64
+BLOCK, BLOCK_TIME, LONGEST_BLOCK = 8, 0.04, 64
 """Samples are judged together when there are `BLOCK`, and after the first blocks when these span
 `BLOCK_TIME` s too, or there are `LONGEST_BLOCK`."""
 
