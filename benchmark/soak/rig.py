@@ -123,11 +123,20 @@ class Rig:
         return self._start_module('stalling', reliability, self._listening)
 
     def restart_subscriber(self, reliability: str = 'reliable') -> None:
-        """Kill the other subscriber, start a new one, and wait until it gets messages."""
-        self.stalling.kill()
-        self.stalling.wait()
-        self.stalling = self._start_subscriber(reliability)
-        self.wait(self._listening.exists, 'the other subscriber to get a message')
+        """
+        Kill the other subscriber, start a new one, and wait until it gets messages.
+
+        One that is cut off from the start, by what the killed one left, is replaced too.
+        """
+        for _ in range(5):
+            self.stalling.kill()
+            self.stalling.wait()
+            self.stalling = self._start_subscriber(reliability)
+            try:
+                return self.wait(self._listening.exists, 'the other subscriber', limit=25.0)
+            except Broken:
+                self.deaf_subscribers += 1
+        raise Broken('no other subscriber gets any message')
 
     def count_deaf_subscriber(self) -> None:
         """
