@@ -3,26 +3,41 @@
 """
 Compare the node with others, in real processes over real DDS.
 
-Each round runs every contender once, with each number of robots in turn, so that what else the
-machine does falls on all of them alike; figures are medians over the rounds, with the least and
-the greatest in brackets. Ratios are formed within a round.
+All contenders are open at once, and take turns: in each round every one of them is kept busy
+for a moment and then gets messages at 1 kHz, so that what else the machine does falls on all of
+them alike. Then each contender's nodes for several numbers of robots take turns. Figures are
+medians over the rounds, with the quartiles in brackets; ratios are formed within a round.
 """
 import argparse
-from collections import defaultdict
-from collections.abc import Callable, Iterable
-from dataclasses import asdict
+from collections.abc import Callable, Iterable, Sequence
+from contextlib import ExitStack
+from dataclasses import asdict, dataclass, field
 import json
 from pathlib import Path
-import statistics
+import time
 
+import numpy as np
 from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
 from .contenders import Contender, CONTENDERS, PINOCCHIO, RELAY
-from .trial import Figures, Trial
+from .trial import Latency, Saturation, Trial
 
-Results = dict[tuple[str, int], list[Figures]]
+
+@dataclass
+class Figures:
+    """What a contender showed with one robot; lists have one entry for each round."""
+
+    start_s: float = 0.0
+    idle_percent: float = 0.0
+    resident_mib: float = 0.0
+    saturated: list[Saturation] = field(default_factory=list)
+    at_1khz: list[Latency] = field(default_factory=list)
+
+
+Growth = dict[int, list[float]]
+"""CPU time per message [us] in each round, by number of robots."""
 
 
 def main() -> None:
@@ -30,104 +45,144 @@ def main() -> None:
     parser = argparse.ArgumentParser(
         prog='python -m benchmark.node', description=__doc__,
         formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument('--rounds', type=int, default=5)
-    parser.add_argument('--seconds', type=float, default=2.0, help='of each measurement')
+    parser.add_argument('--rounds', type=int, default=15)
+    parser.add_argument('--seconds', type=float, default=0.5, help='of each turn')
     parser.add_argument('--robots', type=int, nargs='+', default=[1, 4, 16])
     parser.add_argument('--only', nargs='+', metavar='TEXT', default=[''],
                         help='only contenders whose name contains one of these')
     parser.add_argument('--json', type=Path, help='file for all figures of all rounds')
     options = parser.parse_args()
     contenders = [c for c in CONTENDERS if any(text in c.name for text in options.only)]
-    results = run(contenders, options.robots, options.rounds, options.seconds)
+    counts = sorted(options.robots)
+    # Drawn between turns only: it must not run beside them.
+    with Progress(auto_refresh=False) as progress:
+        figures = compare(contenders, options.rounds, options.seconds, progress)
+        growth = {} if counts == [1] else {
+            contender.name: grow(contender, counts, options.rounds, options.seconds, progress)
+            for contender in contenders}
     console = Console()
     if not console.is_terminal:
         console.width = 170
-    console.print(one_robot_table(results, contenders, options.robots[0]))
-    if len(options.robots) > 1:
-        console.print(robots_table(results, contenders, options.robots))
+    console.print(comparison_table(figures))
+    if growth:
+        console.print(growth_table(growth, counts))
     if options.json:
         options.json.write_text(json.dumps(
-            [{'name': name, 'robots': robots, 'rounds': [asdict(f) for f in figures]}
-             for (name, robots), figures in results.items()], indent=1))
+            {'one robot': {name: asdict(f) for name, f in figures.items()},
+             'CPU per message by robots': growth}, indent=1))
 
 
-def run(contenders: list[Contender], robots: list[int], rounds: int, seconds: float) -> Results:
-    """Return the figures of each contender and number of robots, one for each round."""
-    results: Results = defaultdict(list)
-    # Drawn between trials only: it must not run beside them.
-    with Progress(auto_refresh=False) as progress:
-        task = progress.add_task('', total=rounds * len(robots) * len(contenders))
-        for number in range(rounds):
-            for contender in contenders:
-                for count in robots:
-                    progress.update(task, description=f'round {number + 1}, {count} robots: '
-                                                      f'{contender.name}')
-                    progress.refresh()
-                    results[contender.name, count].append(
-                        Trial(contender, count).run(seconds, full=count == robots[0]))
-                    progress.advance(task)
-    return results
+def compare(contenders: Iterable[Contender], rounds: int, seconds: float,
+            progress: Progress) -> dict[str, Figures]:
+    """Return the figures of all contenders with one robot."""
+    with ExitStack() as stack:
+        trials = open_trials([(contender, 1) for contender in contenders], stack, progress)
+        figures = {c.name: Figures(start_s=trial.start_s) for (c, _), trial in trials.items()}
+        task = progress.add_task('one robot', total=rounds * len(trials))
+        for _ in range(rounds):
+            for (contender, _), trial in trials.items():
+                figures[contender.name].saturated.append(trial.saturate(seconds))
+                figures[contender.name].at_1khz.append(trial.at_1khz(seconds))
+                progress.advance(task)
+                progress.refresh()
+        time.sleep(1.0)
+        before, begin = [trial.cpu_s for trial in trials.values()], time.perf_counter()
+        time.sleep(max(4.0, 4 * seconds))
+        after, span = [trial.cpu_s for trial in trials.values()], time.perf_counter() - begin
+        for (contender, _), used, now in zip(trials, before, after):
+            figures[contender.name].idle_percent = (now - used) / span * 100
+        for (contender, _), trial in trials.items():
+            figures[contender.name].resident_mib = trial.resident_mib
+    return figures
+
+
+def grow(contender: Contender, counts: Iterable[int], rounds: int, seconds: float,
+         progress: Progress) -> Growth:
+    """Return what a message costs a contender with each number of robots."""
+    with ExitStack() as stack:
+        trials = open_trials([(contender, count) for count in counts], stack, progress)
+        growth: Growth = {count: [] for count in counts}
+        task = progress.add_task(f'robots: {contender.name}', total=rounds * len(trials))
+        for _ in range(rounds):
+            for (_, count), trial in trials.items():
+                growth[count].append(trial.saturate(seconds).cpu_us)
+                progress.advance(task)
+                progress.refresh()
+    return growth
+
+
+def open_trials(wanted: Sequence[tuple[Contender, int]], stack: ExitStack, progress: Progress,
+                ) -> dict[tuple[Contender, int], Trial]:
+    """Start nodes, one after the other."""
+    task = progress.add_task('', total=len(wanted))
+    trials = {}
+    for contender, robots in wanted:
+        progress.update(task, description=f'start {contender.name}, robots: {robots}')
+        progress.refresh()
+        trials[contender, robots] = stack.enter_context(Trial(contender, robots))
+        progress.advance(task)
+    progress.remove_task(task)
+    return trials
 
 
 def spread(values: Iterable[float], digits: int = 0) -> str:
-    """Return median, least and greatest as text."""
-    values = list(values)
+    """Return median and quartiles as text."""
     low, middle, high = (
-        f'{v:,.{digits}f}' for v in (min(values), statistics.median(values), max(values)))
+        f'{v:,.{digits}f}' for v in np.quantile(list(values), (0.25, 0.5, 0.75)).tolist())
     return f'{middle} ({low}-{high})'
 
 
-def ratios(results: Results, of: tuple[str, int], to: tuple[str, int],
-           figure: Callable[[Figures], float], inverse: bool = False) -> str:
-    """Return the ratio of a figure to another contender's, or the inverse."""
-    if not results.get(to):
-        return '-'
-    pairs = [(figure(a), figure(b)) for a, b in zip(results[of], results[to])]
-    return spread([b / a if inverse else a / b for a, b in pairs], 2)
+def ratios(of: Iterable[float], to: Iterable[float]) -> str:
+    """Return the ratios within the rounds as text."""
+    return spread([a / b for a, b in zip(of, to)], 2)
 
 
-def one_robot_table(results: Results, contenders: list[Contender], robots: int) -> Table:
-    """Return all figures for one number of robots."""
-    table = Table('', *(c.name for c in contenders),
-                  title=f'{robots} robot(s): medians (least-greatest)')
-    keys = [(c.name, robots) for c in contenders]
-    relay, pinocchio = (RELAY, robots), (PINOCCHIO, robots)
+def comparison_table(figures: dict[str, Figures]) -> Table:
+    """Return all figures for one robot."""
+    table = Table('', *figures, title='one robot: medians (quartiles)')
+    relay, pinocchio = figures.get(RELAY), figures.get(PINOCCHIO)
 
-    def add(heading: str, digits: int, figure: Callable[[Figures], float]) -> None:
-        table.add_row(heading, *(spread(map(figure, results[key]), digits) for key in keys))
+    def cpu_us(f: Figures) -> list[float]:
+        return [s.cpu_us for s in f.saturated]
 
-    def add_ratio(heading: str, to: tuple[str, int], figure: Callable[[Figures], float],
-                  inverse: bool = False) -> None:
-        table.add_row(heading, *(ratios(results, key, to, figure, inverse) for key in keys))
+    def rate(f: Figures) -> list[float]:
+        return [s.rate for s in f.saturated]
 
-    add('CPU per message, saturated, µs', 1, lambda f: f.cpu_us)
-    add_ratio('  times less than Pinocchio', pinocchio, lambda f: f.cpu_us, inverse=True)
-    add('messages/s', 0, lambda f: f.rate)
-    add_ratio('  times the relay', relay, lambda f: f.rate)
-    table.add_row('lost', *(str(sum(f.lost for f in results[key])) for key in keys))
-    add('CPU per message at 1 kHz, µs', 0, lambda f: f.cpu_1khz_us)
-    add('p50 latency at 1 kHz, µs', 0, lambda f: f.p50_us)
-    add_ratio('  times less than Pinocchio', pinocchio, lambda f: f.p50_us, inverse=True)
-    add('p99 latency at 1 kHz, µs', 0, lambda f: f.p99_us)
-    add('idle CPU, % of a core', 2, lambda f: f.idle_percent)
-    add('resident memory, MiB', 1, lambda f: f.rss_mib)
-    table.add_row('  over the relay, MiB', *(
-        spread([f.rss_mib - r.rss_mib for f, r in zip(results[key], results[relay])], 1)
-        if results.get(relay) else '-' for key in keys))
-    add('start to first output, s', 2, lambda f: f.start_s)
+    def p50_us(f: Figures) -> list[float]:
+        return [s.p50_us for s in f.at_1khz]
+
+    def add(heading: str, text: Callable[[Figures], str]) -> None:
+        table.add_row(heading, *map(text, figures.values()))
+
+    add('CPU per message, saturated, µs', lambda f: spread(cpu_us(f), 1))
+    if pinocchio:
+        add('  times less than Pinocchio', lambda f: ratios(cpu_us(pinocchio), cpu_us(f)))
+    add('messages/s', lambda f: spread(rate(f)))
+    if relay:
+        add('  times the relay', lambda f: ratios(rate(f), rate(relay)))
+    add('lost', lambda f: str(sum(s.lost for s in f.saturated)))
+    add('CPU per message at 1 kHz, µs', lambda f: spread(s.cpu_us for s in f.at_1khz))
+    add('p50 latency at 1 kHz, µs', lambda f: spread(p50_us(f)))
+    if pinocchio:
+        add('  times less than Pinocchio', lambda f: ratios(p50_us(pinocchio), p50_us(f)))
+    add('p99 latency at 1 kHz, µs', lambda f: spread(s.p99_us for s in f.at_1khz))
+    add('idle CPU, % of a core', lambda f: f'{f.idle_percent:.2f}')
+    add('resident memory, MiB', lambda f: f'{f.resident_mib:.1f}')
+    if relay:
+        add('  over the relay, MiB', lambda f: f'{f.resident_mib - relay.resident_mib:.1f}')
+    add('start to first output, s', lambda f: f'{f.start_s:.2f}')
     return table
 
 
-def robots_table(results: Results, contenders: list[Contender], robots: list[int]) -> Table:
+def growth_table(growth: dict[str, Growth], counts: list[int]) -> Table:
     """Return how the cost of a message grows with the number of robots."""
-    table = Table('', *(f'{count} robots' for count in robots), f'{robots[-1]} / {robots[0]}',
+    first, *more = counts
+    table = Table('', *(f'{count} robots' for count in counts),
+                  *(f'{count} / {first}' for count in more),
                   title='CPU per message, saturated, µs; one topic for each robot')
-    for contender in contenders:
-        table.add_row(
-            contender.name,
-            *(spread((f.cpu_us for f in results[contender.name, count]), 1) for count in robots),
-            ratios(results, (contender.name, robots[-1]), (contender.name, robots[0]),
-                   lambda f: f.cpu_us))
+    for name, of in growth.items():
+        table.add_row(name, *(spread(of[count], 1) for count in counts),
+                      *(ratios(of[count], of[first]) for count in more))
     return table
 
 

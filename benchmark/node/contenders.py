@@ -8,16 +8,25 @@ import sys
 from .robot import BASE, TIP, URDF
 
 OURS = 'import sys; from screw_kinematics.ros.main import main; sys.exit(main())'
+ESTIMATORS_SETTLE = 12_000
+"""Messages after which estimators seldom change what they take the noise for."""
+
 WITHOUT_NUMBA = "import sys; sys.modules['numba'] = None; " + OURS
 
 
 @dataclass(frozen=True)
 class Contender:
-    """A node by name, its command for some robots, and what it publishes for each."""
+    """
+    A node by name, its command for some robots, and what it publishes for each.
+
+    Before it is timed each of its robots gets `warm_up` messages, so that one robot, which gets
+    them all, is not compared with many that have only begun.
+    """
 
     name: str
     command: Callable[[int], list[str]]
     outputs: tuple[str, ...] = ('twist', 'accel')
+    warm_up: int = 1000
 
 
 def peer(kind: str, name: str) -> Contender:
@@ -38,7 +47,7 @@ def ours(name: str, code: str, *parameters: str, outputs: tuple[str, ...] = ('tw
                 f'joint_states_topic:={robot}/joint_states', *parameters)]
         return [sys.executable, '-c', code, '--ros-args',
                 *(word for parameter in given for word in ('-p', parameter))]
-    return Contender(name, command, outputs)
+    return Contender(name, command, outputs, ESTIMATORS_SETTLE)
 
 
 RELAY = 'rclpy relay'

@@ -1,6 +1,7 @@
 # Copyright screw_kinematics contributors
 # SPDX-License-Identifier: Apache-2.0
-"""One node under load: start-up, saturation, 1 kHz, and silence."""
+"""One node in another process: its start, and what it takes at saturation and at 1 kHz."""
+from contextlib import ExitStack
 from dataclasses import dataclass
 import os
 from pathlib import Path
@@ -9,6 +10,7 @@ import statistics
 from struct import unpack_from
 import subprocess
 import time
+from types import TracebackType
 
 import domain_coordinator
 from geometry_msgs.msg import AccelStamped, TwistStamped
@@ -22,34 +24,44 @@ from .contenders import Contender
 from .robot import Driver, PERIOD_NS
 
 WINDOW = 50         # messages under way at most, fewer than any queue holds: nothing is lost
-WARM_UP = 4000      # messages for each robot, after which estimators have converged
 PATIENCE = 60.0     # for a node to start [s]
 SILENCE = 5.0       # without any output, after which what is under way counts as lost [s]
 MESSAGES = {'twist': TwistStamped, 'accel': AccelStamped}
 
 
-@dataclass
-class Figures:
-    """What one trial measured; see the fields' names for units."""
+@dataclass(frozen=True)
+class Saturation:
+    """CPU time of the node per message [us], messages per second, and how many were lost."""
 
-    start_s: float = 0.0
-    cpu_us: float = 0.0
-    rate: float = 0.0
-    lost: int = 0
-    p50_us: float = 0.0
-    p99_us: float = 0.0
-    cpu_1khz_us: float = 0.0
-    idle_percent: float = 0.0
-    rss_mib: float = 0.0
+    cpu_us: float
+    rate: float
+    lost: int
+
+
+@dataclass(frozen=True)
+class Latency:
+    """CPU time of the node per message [us] at 1 kHz, and the time to its last output [us]."""
+
+    cpu_us: float
+    p50_us: float
+    p99_us: float
 
 
 class Trial:
     """
-    Drives a node that runs in another process.
+    Drives a node that runs in another process, on a domain of its own.
 
     Messages are published serialized, and outputs are counted without reading them, so that
     the driving side stays well below the node's own cost. Every sample of every robot is
     expected to lead to each of the outputs; the last one of them is counted.
+
+    Several trials may be open at once: a node that is not driven hardly costs anything.
+
+    Attributes
+    ----------
+    start_s : float
+        Time from the start of the process to its first output [s].
+
     """
 
     def __init__(self, contender: Contender, robots: int) -> None:
@@ -59,39 +71,87 @@ class Trial:
         self._turn = 0
         self._refill = False
         self._due: dict[int, float] = {}
-        self._latencies: list[float] | None = None
+        self._latencies: list[float] = []
+        self.start_s = 0.0
 
-    def run(self, seconds: float, full: bool) -> Figures:
-        """Return the figures; those but saturation only if a full trial is asked for."""
-        with domain_coordinator.domain_id() as domain:
+    def __enter__(self) -> 'Trial':
+        """Start the node, and make it ready to be timed."""
+        with ExitStack() as stack:
+            domain = stack.enter_context(domain_coordinator.domain_id())
             os.environ.update(
                 {'ROS_DOMAIN_ID': str(domain), 'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST'})
             # Of the driver alone: contenders have their own settings, or none.
             os.environ.pop(middleware.PROFILES, None)
             environment = dict(os.environ)
             middleware.settle()
-            context = rclpy.Context()
-            rclpy.init(context=context, domain_id=domain)
-            self._connect(context)
+            self._connect(domain, stack)
             started = time.perf_counter()
-            process = subprocess.Popen(self._contender.command(self._robots), env=environment,
-                                       stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
-            try:
-                figures = self._measure(process, started, seconds, full)
-                process.send_signal(signal.SIGINT)
-                process.wait(PATIENCE)
-            finally:
-                process.kill()
-                self._executor.shutdown()
-                for node in self._nodes:
-                    node.destroy_node()
-                context.try_shutdown()
-        return figures
+            self._process = subprocess.Popen(
+                self._contender.command(self._robots), env=environment,
+                stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
+            stack.callback(self._stop)
+            # CPU time of another process: clock_getcpuclockid(3)
+            self._clock = (~self._process.pid << 3) | 2
+            self._await_answers(started)
+            self._wait_for_compilers()
+            self._give_up()
+            self._saturate(self._contender.warm_up * self._robots)
+            self._close = stack.pop_all().close
+        return self
 
-    def _connect(self, context: rclpy.Context) -> None:
-        counting = rclpy.create_node('counting', context=context)
-        # Its messages are never taken: it is there so that the node publishes everything.
-        silent = rclpy.create_node('silent', context=context)
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
+                 trace: TracebackType | None) -> None:
+        """End the node."""
+        self._close()
+
+    def saturate(self, seconds: float) -> Saturation:
+        """Keep the node busy."""
+        received, cpu, begin = self._received, self.cpu_s, time.perf_counter()
+        lost = self._saturate(seconds=seconds)
+        count = self._received - received
+        return Saturation((self.cpu_s - cpu) / count * 1e6,
+                          count / (time.perf_counter() - begin), lost)
+
+    def at_1khz(self, seconds: float) -> Latency:
+        """Send a sample of the first robot each millisecond."""
+        self._latencies.clear()
+        self._due.clear()
+        cpu = self.cpu_s
+        messages = round(seconds * 1000)
+        due = time.perf_counter()
+        for _ in range(messages):
+            due += PERIOD_NS * 1e-9
+            self._spin_until(due)
+            data = self._drivers[0].message()
+            self._due[_period(data)] = time.perf_counter()
+            self._sent += 1
+            self._publish[0](data)
+        self._settle()
+        self._due.clear()
+        latencies = sorted(self._latencies)
+        return Latency((self.cpu_s - cpu) / messages * 1e6, statistics.median(latencies) * 1e6,
+                       latencies[len(latencies) * 99 // 100] * 1e6)
+
+    @property
+    def cpu_s(self) -> float:
+        """CPU time of the node since it was started [s]."""
+        return time.clock_gettime(self._clock)
+
+    @property
+    def resident_mib(self) -> float:
+        """Resident memory of the node [MiB]."""
+        pages = int(Path(f'/proc/{self._process.pid}/statm').read_text().split()[1])
+        return pages * os.sysconf('SC_PAGE_SIZE') / 2**20
+
+    def _connect(self, domain: int, stack: ExitStack) -> None:
+        context = rclpy.Context()
+        rclpy.init(context=context, domain_id=domain)
+        stack.callback(context.try_shutdown)
+        # The messages to the silent one are never taken: it is there so that the node publishes
+        # everything.
+        counting, silent = (
+            rclpy.create_node(name, context=context, enable_rosout=False)
+            for name in ('counting', 'silent'))
         *others, counted = self._contender.outputs
         self._publish = []
         for i in range(self._robots):
@@ -102,55 +162,40 @@ class Trial:
             for output in others:
                 silent.create_subscription(
                     MESSAGES[output], f'r{i}/{output}', lambda _: None, 1, raw=True)
-        self._nodes = counting, silent
         self._executor = EventsExecutor(context=context)
         self._executor.add_node(counting)
+        for node in counting, silent:
+            stack.callback(node.destroy_node)
+        stack.callback(self._executor.shutdown)
 
-    def _measure(self, process: subprocess.Popen, started: float, seconds: float,
-                 full: bool) -> Figures:
-        figures = Figures()
-        # One sample each millisecond, until every robot has answered.
+    def _stop(self) -> None:
+        self._process.send_signal(signal.SIGINT)
+        try:
+            self._process.wait(PATIENCE)
+        finally:
+            self._process.kill()
+
+    def _await_answers(self, started: float) -> None:
+        """Send one sample each millisecond, until every robot has answered."""
         while self._received < 20 * self._robots:
-            if process.poll() is not None or time.perf_counter() - started > PATIENCE:
-                process.kill()
-                assert process.stderr is not None
+            if self._process.poll() is not None or time.perf_counter() - started > PATIENCE:
+                self._process.kill()
+                assert self._process.stderr is not None
                 raise RuntimeError(f'{self._contender.name} does not answer: '
-                                   f'{process.stderr.read().decode()[-2000:]}')
+                                   f'{self._process.stderr.read().decode()[-2000:]}')
             self._send()
             self._spin_until(time.perf_counter() + 1e-3 / self._robots)
-            if self._received and not figures.start_s:
-                figures.start_s = time.perf_counter() - started
-        clock = (~process.pid << 3) | 2     # CPU time of another process: clock_getcpuclockid(3)
-        self._wait_for_compilers(clock)
-        self._give_up()
-        self._saturate(WARM_UP * self._robots)
+            if self._received and not self.start_s:
+                self.start_s = time.perf_counter() - started
 
-        received, cpu, begin = self._received, time.clock_gettime(clock), time.perf_counter()
-        figures.lost = self._saturate(seconds=seconds)
-        count = self._received - received
-        figures.cpu_us = (time.clock_gettime(clock) - cpu) / count * 1e6
-        figures.rate = count / (time.perf_counter() - begin)
-        if full:
-            cpu = time.clock_gettime(clock)
-            self._at_1khz(round(seconds * 1000), figures)
-            figures.cpu_1khz_us = (
-                (time.clock_gettime(clock) - cpu) / len(self._latencies or [1]) * 1e6)
-            figures.rss_mib = _resident_mib(process.pid)
-            self._spin_until(time.perf_counter() + 1.0)
-            cpu, begin = time.clock_gettime(clock), time.perf_counter()
-            self._spin_until(begin + 2 * seconds)
-            figures.idle_percent = (
-                (time.clock_gettime(clock) - cpu) / (time.perf_counter() - begin) * 100)
-        return figures
-
-    def _wait_for_compilers(self, clock: int) -> None:
+    def _wait_for_compilers(self) -> None:
         """Send nothing until the node rests, as it does once its work in the background ends."""
         end = time.perf_counter() + PATIENCE
         busy = True
         while busy and time.perf_counter() < end:
-            cpu = time.clock_gettime(clock)
+            cpu = self.cpu_s
             self._spin_until(time.perf_counter() + 0.5)
-            busy = time.clock_gettime(clock) - cpu > 0.02
+            busy = self.cpu_s - cpu > 0.02
 
     def _saturate(self, messages: int | None = None, seconds: float = 2 * PATIENCE) -> int:
         """Keep the window full for some messages or some time; return how many were lost."""
@@ -186,21 +231,6 @@ class Trial:
         while self._sent - self._received < WINDOW:
             self._send()
 
-    def _at_1khz(self, messages: int, figures: Figures) -> None:
-        self._latencies = []
-        due = time.perf_counter()
-        for _ in range(messages):
-            due += PERIOD_NS * 1e-9
-            self._spin_until(due)
-            data = self._drivers[0].message()
-            self._due[_period(data)] = time.perf_counter()
-            self._sent += 1
-            self._publish[0](data)
-        self._settle()
-        latencies = sorted(self._latencies)
-        figures.p50_us = statistics.median(latencies) * 1e6
-        figures.p99_us = latencies[len(latencies) * 99 // 100] * 1e6
-
     def _settle(self) -> None:
         """Wait for what is under way."""
         end = time.perf_counter() + SILENCE
@@ -223,7 +253,7 @@ class Trial:
             self._send()
         elif self._due:
             sent = self._due.pop(_period(data), None)
-            if sent is not None and self._latencies is not None:
+            if sent is not None:
                 self._latencies.append(time.perf_counter() - sent)
 
 
@@ -231,8 +261,3 @@ def _period(data: bytes) -> int:
     """Return in which period of the driver a message is stamped; estimators may remove jitter."""
     seconds, nanoseconds = unpack_from('<iI', data, 4)
     return round((seconds % 1_000_000 * 1_000_000_000 + nanoseconds) / PERIOD_NS)
-
-
-def _resident_mib(pid: int) -> float:
-    pages = int(Path(f'/proc/{pid}/statm').read_text().split()[1])
-    return pages * os.sysconf('SC_PAGE_SIZE') / 2**20

@@ -4,12 +4,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import lru_cache
 import math
 
 from .statements import assignments
 from ..straight_line import StraightLine
 
 Evaluate = Callable[[Sequence[float]], Sequence[float]]
+
+KEPT = 64
+"""Functions kept for programs of the same text: robots that are alike share theirs, which then
+stays in the processor's cache."""
 
 
 def python_source(line: StraightLine, input_names: Sequence[str], name: str = 'evaluate',
@@ -54,6 +59,11 @@ def python_source(line: StraightLine, input_names: Sequence[str], name: str = 'e
 
 def python_function(line: StraightLine, input_names: Sequence[str]) -> Evaluate:
     """Return the program as a function from a sequence of floats to a tuple."""
+    return _function(python_source(line, input_names))
+
+
+@lru_cache(maxsize=KEPT)
+def _function(source: str) -> Evaluate:
     scope = {'sin': math.sin, 'cos': math.cos, 'sqrt': math.sqrt}
-    exec(compile(python_source(line, input_names), '<screw_kinematics program>', 'exec'), scope)
+    exec(compile(source, '<screw_kinematics program>', 'exec'), scope)
     return scope['evaluate']    # type: ignore[return-value]
