@@ -3,7 +3,7 @@
 """The topics of one robot: who listens, and the functions that publish."""
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 import numpy as np
@@ -96,7 +96,8 @@ class RobotTopics:
         base, tip = prefix + model.base_frame, prefix + model.tip_frame
         frames = Frames(base, tip, tip if settings.expressed_in == 'tip' else base)
         self._active = {
-            name: make_send(name, self._publishers[name].publish, slices, frames, variances)
+            name: make_send(name, publish_bytes(self._publishers[name]), slices, frames,
+                            variances)
             for name in self.wanted if name not in ('markers', 'passive_joint_states')}
         if 'markers' in self.wanted:
             self._markers = MarkerSender(
@@ -128,6 +129,18 @@ class RobotTopics:
             self._node.destroy_publisher(publisher)
         self._publishers.clear()
         self.wanted = ()
+
+
+def publish_bytes(publisher: Publisher) -> Callable[[bytes], None]:
+    """
+    Return the function that publishes serialized messages.
+
+    `Publisher.publish` asks each time of what kind the message is, and keeps other threads from
+    destroying the publisher meanwhile, which takes longer than to publish; only the thread that
+    publishes destroys publishers here.
+    """
+    publish: Callable[[bytes], None] = publisher.handle.publish_raw
+    return publish
 
 
 def _state_reader(slices: Slices, settings: RobotSettings) -> Any:
