@@ -113,10 +113,33 @@ class Rig:
         return self._start('node', [*NODE, '--ros-args', '--params-file', str(file)])
 
     def start_source(self) -> None:
-        """Start the source, which waits for a command."""
+        """
+        Start the source, which waits for a command, and wait until the node has found it.
+
+        What is published before does not reach the node, though the source has found it (see
+        eProsima/Fast-DDS, issue 2641). A killed source is still counted for a while; if one is
+        forgotten in the moment in which the new one is found, this is not seen.
+        """
+        fewest = self._publishers()
+
+        def found() -> bool:
+            nonlocal fewest
+            counts = self._publishers()
+            fewest = [min(pair) for pair in zip(fewest, counts)]
+            return all(count > few for count, few in zip(counts, fewest))
+
         self.source = self._start_module(
             'source', self._directory / 'progress', self._rate,
             self._seed + self._command_number, 1 if self._relay is None else 2)
+        try:
+            self.wait(found, 'the node to find the source', limit=10.0)
+        except Broken:
+            pass
+
+    def _publishers(self) -> list[int]:
+        """Return how many publishers of joint states the node sees for each robot."""
+        of_node = self.report()[1].get('node', {})
+        return [int(of_node.get(f'/{robot.name}/joint_states publishers', 0)) for robot in ROBOTS]
 
     def _start_subscriber(self, reliability: str) -> subprocess.Popen:
         self._listening.unlink(missing_ok=True)
@@ -133,9 +156,14 @@ class Rig:
             self.stalling.wait()
             self.stalling = self._start_subscriber(reliability)
             try:
-                return self.wait(self._listening.exists, 'the other subscriber', limit=25.0)
+                self.wait(lambda: self._listening.exists() or self.stalling.poll() is not None,
+                          'the other subscriber', limit=25.0)
             except Broken:
                 self.deaf_subscribers += 1
+                continue
+            if self.stalling.poll() is not None:
+                raise Broken(f'the other subscriber ended with code {self.stalling.returncode}')
+            return
         raise Broken('no other subscriber gets any message')
 
     def count_deaf_subscriber(self) -> None:

@@ -29,11 +29,12 @@ def main() -> None:
                     KINDS[output], f'{prefix}{robot.name}/{output}', got.append, qos, raw=True)
     executor = EventsExecutor()
     executor.add_node(node)
+    while rclpy.ok() and not got:
+        executor.spin_once(0.1)
+    Path(listening).touch()
     while rclpy.ok():
         executor.spin_once(0.1)
-        if got:
-            Path(listening).touch()
-            got.clear()
+        got.clear()
 
 
 if __name__ == '__main__':

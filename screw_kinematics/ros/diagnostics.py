@@ -62,6 +62,7 @@ class Diagnostics:
         level, message = OK, node.state
         values: dict[str, Any] = {'state': node.state, 'robots': ', '.join(node.robots)}
         for topic, joint_input in node.inputs.items():
+            values[f'{topic} publishers'] = joint_input.publishers
             values[f'{topic} received'] = joint_input.received
             values[f'{topic} without stamp'] = joint_input.unstamped
             for reason, n in joint_input.refused.items():

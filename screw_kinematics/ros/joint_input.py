@@ -81,6 +81,11 @@ class JointInput:
                 JointState, self.topic, self._take, joint_states_qos(), raw=True,
                 qos_overriding_options=QoSOverridingOptions.with_default_policies())
 
+    @property
+    def publishers(self) -> int:
+        """Return how many publishers the topic has whose messages can arrive."""
+        return 0 if self._subscription is None else self._subscription.get_publisher_count()
+
     def ignore(self) -> None:
         """Listen no more."""
         if self._subscription is not None:

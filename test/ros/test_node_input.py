@@ -11,6 +11,7 @@ from rclpy.serialization import serialize_message
 from rig import (
     joint_state, PUMA, RELIABLE_INPUT, running, six, smooth_motion, stamp_ns)
 from screw_kinematics import models
+from sensor_msgs.msg import JointState
 from visualization_msgs.msg import Marker, MarkerArray
 
 MS = 1_000_000
@@ -209,6 +210,15 @@ def test_messages_without_stamp_are_of_the_moment_they_arrive(rig):
     assert stamps == sorted(set(stamps))
     assert before <= stamps[0] and stamps[-1] <= rig.node.get_clock().now().nanoseconds
     rig.wait_for_value('node', '/unstamped without stamp', 20)
+
+
+def test_publishers_of_joint_states_are_counted(rig):
+    rig.publisher('unstamped')
+    rig.wait_for_value('node', '/unstamped publishers', 1)
+    second = rig.node.create_publisher(JointState, 'unstamped', 10)
+    rig.wait_for_value('node', '/unstamped publishers', 2)
+    rig.node.destroy_publisher(second)
+    rig.wait_for_value('node', '/unstamped publishers', 1)
 
 
 def test_silence_is_told_and_nothing_is_repeated(rig):
