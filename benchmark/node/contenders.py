@@ -8,10 +8,10 @@ import sys
 from .robot import BASE, TIP, URDF
 
 OURS = 'import sys; from screw_kinematics.ros.main import main; sys.exit(main())'
+WITHOUT_NUMBA = "import sys; sys.modules['numba'] = None; " + OURS
+
 ESTIMATORS_SETTLE = 12_000
 """Messages after which estimators seldom change what they take the noise for."""
-
-WITHOUT_NUMBA = "import sys; sys.modules['numba'] = None; " + OURS
 
 
 @dataclass(frozen=True)
