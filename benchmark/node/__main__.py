@@ -53,7 +53,7 @@ def main() -> None:
     parser.add_argument('--json', type=Path, help='file for all figures of all rounds')
     options = parser.parse_args()
     contenders = [c for c in CONTENDERS if any(text in c.name for text in options.only)]
-    counts = sorted(options.robots)
+    counts = sorted(set(options.robots))
     # Drawn between turns only: it must not run beside them.
     with Progress(auto_refresh=False) as progress:
         figures = compare(contenders, options.rounds, options.seconds, progress)
@@ -89,10 +89,9 @@ def compare(contenders: Iterable[Contender], rounds: int, seconds: float,
         before, begin = [trial.cpu_s for trial in trials.values()], time.perf_counter()
         time.sleep(max(4.0, 4 * seconds))
         after, span = [trial.cpu_s for trial in trials.values()], time.perf_counter() - begin
-        for (contender, _), used, now in zip(trials, before, after):
-            figures[contender.name].idle_percent = (now - used) / span * 100
-        for (contender, _), trial in trials.items():
-            figures[contender.name].resident_mib = trial.resident_mib
+        for of, trial, used, now in zip(figures.values(), trials.values(), before, after):
+            of.idle_percent = (now - used) / span * 100
+            of.resident_mib = trial.resident_mib
     return figures
 
 
