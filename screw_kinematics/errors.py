@@ -11,6 +11,7 @@ the value that was given, and what is allowed.
 from __future__ import annotations
 
 from collections.abc import Iterable
+from enum import Enum
 
 
 class ScrewKinematicsError(Exception):
@@ -95,3 +96,58 @@ class MalformedMessageError(ScrewKinematicsError, ValueError):
 
     def __init__(self, message_type: str, problem: str) -> None:
         super().__init__(f'a {message_type} message is malformed: {problem}')
+
+
+class Reason(str, Enum):
+    """
+    Why a sample led to no output: what is counted at run time, instead of raised.
+
+    Members are equal to their words, so that counts may be kept and read by either.
+
+    Examples
+    --------
+    >>> Reason('estimator_settling').used, Reason.STAMP_NEGATIVE.used
+    (True, False)
+    >>> str(Reason.NAMED_TWICE)
+    'joint_named_twice'
+
+    """
+
+    # Used all the same: the sample contributes to later outputs, or none was wanted.
+    SETTLING = 'estimator_settling'
+    MERGED = 'merged_with_later_ones'
+    NOTHING_WANTED = 'nothing_wanted'
+    # The message.
+    MALFORMED = 'malformed_message'
+    STAMP_NEGATIVE = 'stamp_negative'
+    STAMP_NOT_FINITE = 'stamp_not_finite'
+    STAMP_NOT_INCREASING = 'stamp_not_increasing'
+    NO_TIME = 'no_stamp_and_no_clock_yet'
+    # Its joints.
+    NO_MODEL = 'no_model_yet'
+    NO_JOINT = 'no_joint_of_robot'
+    NAMED_TWICE = 'joint_named_twice'
+    OWNED_BY_OTHERS = 'joints_come_with_other_message'
+    TOO_FAR_APART = 'joints_too_far_apart_in_time'
+    # Its numbers.
+    WRONG_LENGTH = 'position_of_wrong_length'
+    NOT_FINITE = 'position_not_finite'
+    NO_VELOCITY = 'velocity_not_measured'
+    IMPLAUSIBLE_POSITION = 'implausible_position'
+    IMPLAUSIBLE_JUMP = 'implausible_jump'
+    NO_NEW_READING = 'no_new_reading'
+    # What follows from them.
+    NO_SOLUTION = 'no_state_at_this_posture'
+    STATE_NOT_FINITE = 'state_not_finite'
+    INTERNAL_ERROR = 'internal_error'
+
+    @property
+    def used(self) -> bool:
+        """Whether the sample counts as used; else it was refused."""
+        return self in _USED
+
+    def __str__(self) -> str:
+        return self.value
+
+
+_USED = frozenset({Reason.SETTLING, Reason.MERGED, Reason.NOTHING_WANTED})
