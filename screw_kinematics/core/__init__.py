@@ -1,0 +1,109 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""
+The loops that must be fast: one Python text, compiled when the package is installed.
+
+Each module of this room but ``uncompiled`` is a Python file in Cython's pure Python mode.
+``setup.py`` translates and compiles it; where there is no compiler the very same file runs
+interpreted: slower, with the same bits. The modules know arrays, bytes and numbers; they import
+nothing else of the package, and leave decisions and errors to their callers.
+
+To add a module, put ``<name>.py`` here, and ``<name>.pxd`` beside it if other modules of the room
+use its types; ``setup.py`` finds it. It begins with::
+
+    # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True
+    # cython: initializedcheck=False
+    try:
+        import cython
+    except ImportError:
+        from . import uncompiled as cython
+
+In a checkout build with ``python setup.py build_ext --inplace`` (or ``pip install -e .``) after
+each edit: Python prefers a compiled module to the text beside it. Few modules are better than
+many: each adds some 0.3 MB and seconds to the build.
+
+Rules that keep both ways of running the same:
+
+1. ``+ - * /``, ``sqrt`` and functions of the C library that Python's ``math`` calls too; the
+   compiler may neither contract nor reorder them. Where Python raises and C does not (division by
+   zero, roots of negative numbers), the text says what happens.
+2. What differs (reading a number from bytes) is behind ``if cython.compiled``, in functions of a
+   line.
+3. Constants of a module are declared (``cython.declare``): what is merely assigned is an object.
+   Names from ``uncompiled`` that are missing are added there.
+4. Loops count with ``range(n)`` or ``while``; a range with a step that is no literal is an object.
+5. What comes from outside (counts, lengths, indices) is checked, since nothing else is:
+   ``boundscheck`` is off.
+6. No function returns a memoryview by its annotation: Cython 3.0.8 makes a module of it that
+   cannot be loaded.
+"""
+from __future__ import annotations
+
+from importlib.machinery import EXTENSION_SUFFIXES, FileFinder, SOURCE_SUFFIXES, SourceFileLoader
+import os
+from pathlib import Path
+import sys
+from typing import NamedTuple
+
+INTERPRETED = 'SCREW_KINEMATICS_INTERPRETED'
+"""Environment variable: builds nothing when set for a build, runs the texts when set for a run."""
+
+SLACK = 2.0
+"""Texts are outdated that are newer by more [s]; some file systems keep whole seconds only."""
+
+if os.environ.get(INTERPRETED):
+    # A finder that knows texts only, so that compiled modules beside them are passed over.
+    sys.path_importer_cache[__path__[0]] = FileFinder(
+        __path__[0], (SourceFileLoader, SOURCE_SUFFIXES))
+
+
+class Build(NamedTuple):
+    """
+    How the modules of this room run; as text, one line for a log.
+
+    Attributes
+    ----------
+    interpreted, outdated : tuple of str
+        Modules that run as texts, and those compiled from an older text than lies beside them.
+
+    """
+
+    interpreted: tuple[str, ...]
+    outdated: tuple[str, ...]
+
+    @property
+    def compiled(self) -> bool:
+        """Whether all modules are compiled, and from the present texts."""
+        return not self.interpreted and not self.outdated
+
+    def __str__(self) -> str:
+        if self.outdated:
+            return (f'the core is outdated: {", ".join(self.outdated)} changed since compiled; '
+                    'install the package again')
+        if self.interpreted:
+            why = f'{INTERPRETED} is set' if os.environ.get(INTERPRETED) else \
+                'install a C compiler and python3-dev, then the package again'
+            return ('the core is interpreted, right but up to a hundred times slower '
+                    f'({", ".join(self.interpreted)}): {why}')
+        return 'the core is compiled'
+
+
+def build() -> Build:
+    """Return how the modules of this room run, from the files that are there."""
+    interpreted, outdated = [], []
+    for text in texts():
+        binaries = [] if os.environ.get(INTERPRETED) else [
+            path for path in map(text.with_suffix, EXTENSION_SUFFIXES) if path.exists()]
+        if not binaries:
+            interpreted.append(text.stem)
+        elif any(source.exists() and source.stat().st_mtime
+                 > binaries[0].resolve().stat().st_mtime + SLACK
+                 for source in (text, text.with_suffix('.pxd'))):
+            outdated.append(text.stem)
+    return Build(tuple(interpreted), tuple(outdated))
+
+
+def texts() -> list[Path]:
+    """Return the files of this room that are compiled."""
+    return sorted(path for path in Path(__file__).parent.glob('*.py')
+                  if path.stem not in ('__init__', 'uncompiled'))

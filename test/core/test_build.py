@@ -1,0 +1,62 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""How the core runs: compiled, interpreted, or compiled from older texts."""
+from importlib.machinery import EXTENSION_SUFFIXES
+import os
+from pathlib import Path
+import subprocess
+import sys
+
+import pytest
+from screw_kinematics import core
+
+
+@pytest.fixture
+def room(tmp_path, monkeypatch):
+    """Return a folder in the place of the core, with one module compiled just now."""
+    for name in ('__init__.py', 'uncompiled.py', 'loops.py', f'loops{EXTENSION_SUFFIXES[0]}'):
+        (tmp_path / name).touch()
+    monkeypatch.setattr(core, '__file__', str(tmp_path / '__init__.py'))
+    monkeypatch.delenv(core.INTERPRETED, raising=False)
+    return tmp_path
+
+
+def test_a_compiled_room_says_so(room):
+    assert core.build().compiled
+    assert str(core.build()) == 'the core is compiled'
+
+
+def test_without_binaries_the_texts_run(room):
+    (room / f'loops{EXTENSION_SUFFIXES[0]}').unlink()
+    assert core.build() == core.Build(('loops',), ())
+    assert 'interpreted' in str(core.build()) and 'compiler' in str(core.build())
+
+
+@pytest.mark.parametrize('name', ['loops.py', 'loops.pxd'])
+def test_an_edited_text_is_noticed(room, name):
+    text = room / name
+    text.touch()
+    later = text.stat().st_mtime + 60
+    os.utime(text, (later, later))
+    assert core.build() == core.Build((), ('loops',))
+    assert 'loops changed' in str(core.build())
+
+
+def test_the_environment_chooses_the_texts():
+    """Whatever has been compiled, with the variable set the modules of the room are texts."""
+    code = ('from importlib import import_module\n'
+            'from screw_kinematics import core\n'
+            'names = [text.stem for text in core.texts()]\n'
+            'assert core.build().interpreted == tuple(names)\n'
+            'for name in names:\n'
+            '    module = import_module(f"screw_kinematics.core.{name}")\n'
+            '    assert module.__file__.endswith(".py"), module.__file__\n')
+    root = Path(core.__file__).parents[2]
+    subprocess.run([sys.executable, '-c', code], check=True,
+                   env={**os.environ, core.INTERPRETED: '1', 'PYTHONPATH': str(root)})
+
+
+@pytest.mark.skipif(not os.environ.get('SCREW_KINEMATICS_COMPILED'),
+                    reason='only where the build is known to have a compiler')
+def test_is_compiled():
+    assert core.build().compiled, core.build()
