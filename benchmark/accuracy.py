@@ -11,7 +11,7 @@ import sys
 sys.path.insert(0, str(Path(__file__).parents[1] / 'test'))
 
 # Exact differentiation and the cases live with the tests, which hold them to bounds.
-from accuracy_cases import cases, errors, inverse_errors, QUANTITIES    # noqa: E402
+from support.accuracy_cases import cases, errors, inverse_errors, QUANTITIES    # noqa: E402
 
 WIDTH = 43
 

@@ -30,7 +30,7 @@ SETTLE = 500
 """Samples that are not scored."""
 
 WINDOW, PATIENCE = 30, 90.0
-NODE = 'import sys; from screw_kinematics.ros.main import main; sys.exit(main())'
+NODE = 'import sys; from screw_kinematics.node.main import main; sys.exit(main())'
 CONFIG = 'package://screw_kinematics/config/robots/'
 CASES = [(robot, delay, velocity) for robot in ('puma560', 'panda')
          for delay in (0.0, 0.02) for velocity in (False, True)]

@@ -25,11 +25,12 @@ except ImportError:
 
 with atheris.instrument_imports(include=['screw_kinematics']):
     from screw_kinematics.errors import ScrewKinematicsError
+    from screw_kinematics.messages.joint_state import JointStateDecoder
+    from screw_kinematics.models.guarded_yaml import read_yaml
     from screw_kinematics.models.model_file import chain_from_data
     from screw_kinematics.models.parallel_file import manipulator_from_data
-    from screw_kinematics.models.safe_yaml import read_yaml
     from screw_kinematics.models.urdf import load_urdf
-    from screw_kinematics.ros.cdr import JointStateDecoder
+    from screw_kinematics.node.foreign_encoding import read_by_middleware
 
 ROBOTS = Path(__file__).parents[1] / 'config' / 'robots'
 
@@ -63,7 +64,7 @@ def read_parallel(data: bytes) -> object:
 
 def read_joint_state(data: bytes) -> object:
     """Decode a message twice: by its own layout, then by the layout remembered."""
-    decoder = JointStateDecoder()
+    decoder = JointStateDecoder(read_by_middleware)
     decoder.decode(data)
     return decoder.decode(data)
 

@@ -25,11 +25,11 @@ from rich.console import Console
 from rich.table import Table
 from sensor_msgs.msg import JointState
 
-TESTS = Path(__file__).parents[1] / 'test' / 'ros'
+TESTS = Path(__file__).parents[1] / 'test'
 sys.path.insert(0, str(TESTS))
 
 # The exact motion lives with the test of the node, which holds it to a bound.
-import simulated_stewart as simulated    # noqa: E402
+from support import simulated_stewart as simulated    # noqa: E402
 
 MODEL = 'package://screw_kinematics/config/robots/stewart_6ups.yaml'
 PERIOD_NS, START_NS = 2_000_000, 100 * 10**9
@@ -53,7 +53,7 @@ class Trial:
         settings = {'robots': '[hexapod]', 'hexapod.description': MODEL,
                     'hexapod.estimator.kind': KINDS[estimator]}
         self._process = subprocess.Popen(
-            [sys.executable, str(TESTS / 'simulated_stewart.py'), '--ros-args', *(
+            [sys.executable, str(TESTS / 'support' / 'simulated_stewart.py'), '--ros-args', *(
                 word for key, value in settings.items() for word in ('-p', f'{key}:={value}'))])
         self._clock = (~self._process.pid << 3) | 2     # clock_getcpuclockid(3)
         self._count = 0

@@ -11,7 +11,7 @@ import screw_kinematics
 
 MODULES = ['screw_kinematics'] + [
     m.name for m in pkgutil.walk_packages(screw_kinematics.__path__, 'screw_kinematics.')
-    if '.ros' not in m.name]
+    if '.node' not in m.name]
 
 
 @pytest.mark.parametrize('name', MODULES)

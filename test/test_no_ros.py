@@ -1,6 +1,6 @@
 # Copyright screw_kinematics contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The library works without ROS: no module outside ros/ and tools/ imports it."""
+"""The library works without ROS: no module but those that run or are nodes needs it."""
 import subprocess
 import sys
 
@@ -16,7 +16,7 @@ class NoRos:
 sys.meta_path.insert(0, NoRos())
 import screw_kinematics
 names = [m.name for m in pkgutil.walk_packages(screw_kinematics.__path__, 'screw_kinematics.')]
-names = [n for n in names if '.ros' not in n and '.tools' not in n]
+names = [n for n in names if '.node' not in n]
 for name in names:
     importlib.import_module(name)
 assert 'rclpy' not in sys.modules

@@ -15,8 +15,8 @@ README = (ROOT / 'README.md').read_text(encoding='utf-8')
 EXAMPLES = re.findall(
     r'^```\n((?:\.venv/bin/python -c|\.venv/bin/derive) .*?)\n```\n```\n(.*?)```$',
     README, flags=re.DOTALL | re.MULTILINE)
-NAMED = re.findall(r'`(test_\w+\.py)::(test_\w+)`', README)
-DERIVE = (f'{sys.executable} -c "import sys; from screw_kinematics.tools.derive import main; '
+NAMED = re.findall(r'`([\w/]*test_\w+\.py)::(test_\w+)`', README)
+DERIVE = (f'{sys.executable} -c "import sys; from screw_kinematics.tools.derive.main import main; '
           'sys.exit(main())"')
 
 

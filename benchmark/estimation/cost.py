@@ -13,7 +13,7 @@ from rich.table import Table
 
 from screw_kinematics.motion import MotionEstimator
 from screw_kinematics.motion.compiled import load
-from screw_kinematics.motion.group_motion import GroupMotion, MotionSettings
+from screw_kinematics.pipeline.group_motion import GroupMotion, MotionSettings
 
 PERIOD = 1e-3
 ENCODER_STEP = 1e-5

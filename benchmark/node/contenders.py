@@ -7,7 +7,7 @@ import sys
 
 from .robot import BASE, TIP, URDF
 
-OURS = 'import sys; from screw_kinematics.ros.main import main; sys.exit(main())'
+OURS = 'import sys; from screw_kinematics.node.main import main; sys.exit(main())'
 WITHOUT_NUMBA = "import sys; sys.modules['numba'] = None; " + OURS
 
 ESTIMATORS_SETTLE = 12_000

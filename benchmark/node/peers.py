@@ -15,7 +15,7 @@ from geometry_msgs.msg import AccelStamped, TwistStamped
 import rclpy
 from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
-from screw_kinematics.ros import middleware
+from screw_kinematics.node import fast_dds
 from sensor_msgs.msg import JointState
 
 from .robot import BASE, JOINTS, TIP, URDF
@@ -102,7 +102,7 @@ def main() -> None:
     """Run one kind of node for some robots."""
     kind, robots = sys.argv[1], int(sys.argv[2])
     if kind == 'raw_relay':
-        middleware.settle()
+        fast_dds.settle()
     rclpy.init()
     node = rclpy.create_node(kind)
     for i in range(robots):

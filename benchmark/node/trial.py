@@ -17,7 +17,7 @@ from geometry_msgs.msg import AccelStamped, TwistStamped
 import rclpy
 from rclpy.experimental import EventsExecutor
 from rclpy.qos import QoSProfile
-from screw_kinematics.ros import middleware
+from screw_kinematics.node import fast_dds
 from sensor_msgs.msg import JointState
 
 from .contenders import Contender
@@ -81,9 +81,9 @@ class Trial:
             os.environ.update(
                 {'ROS_DOMAIN_ID': str(domain), 'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST'})
             # Of the driver alone: contenders have their own settings, or none.
-            os.environ.pop(middleware.PROFILES, None)
+            os.environ.pop(fast_dds.PROFILES, None)
             environment = dict(os.environ)
-            middleware.settle()
+            fast_dds.settle()
             self._connect(domain, stack)
             started = time.perf_counter()
             self._process = subprocess.Popen(

@@ -27,7 +27,7 @@ PATIENCE = 120.0
 DEEP = QoSProfile(depth=100_000)
 KEEP = {'history': 'keep_last', 'reliability': 'reliable'}
 NODE = [sys.executable, '-c',
-        'import sys; from screw_kinematics.ros.main import main; sys.exit(main())']
+        'import sys; from screw_kinematics.node.main import main; sys.exit(main())']
 CHECK_PERIOD = 0.25
 
 

@@ -7,8 +7,8 @@ from collections.abc import Callable
 import math
 
 from .fields import listed
+from ..chains.joint import Mimic
 from ..errors import ModelError
-from ..joint import Mimic
 
 MAX_FOLLOWED = 50
 

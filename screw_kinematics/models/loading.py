@@ -7,13 +7,13 @@ import os
 from pathlib import Path
 
 from .fields import listed
+from .guarded_xml import MAX_BYTES
+from .guarded_yaml import read_yaml
 from .model_file import chain_from_data
 from .parallel_file import manipulator_from_data
-from .robot_xml import MAX_BYTES
-from .safe_yaml import read_yaml
 from .urdf import load_urdf
 from .uri import local_path
-from ..chain import SerialChain
+from ..chains.serial_chain import SerialChain
 from ..errors import MissingExtraError, ModelError
 from ..parallel import ParallelManipulator
 

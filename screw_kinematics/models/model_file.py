@@ -35,14 +35,14 @@ from typing import Any
 
 import numpy as np
 
-from .dh import CONVENTIONS, DHRow, place_rows
 from .fields import Fields, reported
-from .joint_fields import (
+from .joint_entries import (
     COMMON, joint_fields, MAX_JOINTS, measured_ends, read_joint, read_names, read_pose, units_of)
 from .units import Units
-from ..chain import SerialChain
-from ..joint import Joint
-from ..se3 import Array
+from ..chains.dh import CONVENTIONS, DHRow, place_rows
+from ..chains.joint import Joint
+from ..chains.serial_chain import SerialChain
+from ..screws.se3 import Array
 
 
 @np.errstate(over='ignore', invalid='ignore')    # what overflows is refused as not finite

@@ -34,13 +34,13 @@ from typing import Any
 import numpy as np
 
 from .fields import Fields, reported
-from .joint_fields import (
+from .joint_entries import (
     COMMON, joint_fields, MAX_JOINTS, measured_ends, read_joint, read_names, read_pose, units_of)
 from .units import Units
-from ..chain import SerialChain
-from ..joint import Joint
+from ..chains.joint import Joint
+from ..chains.posture import Posture
+from ..chains.serial_chain import SerialChain
 from ..parallel import ParallelManipulator
-from ..posture import Posture
 
 MAX_LIMBS = 100
 """Most limbs of one file."""

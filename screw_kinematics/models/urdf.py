@@ -19,13 +19,13 @@ import numpy as np
 
 from .fields import Fields, listed, reported
 from .following import followed_joint
-from .placement import pose, rotation_rpy
-from .robot_xml import JointElement, read_document, RobotDocument
-from .tree import Edge, LinkTree
-from ..chain import SerialChain
+from .guarded_xml import JointElement, read_document, RobotDocument
+from .link_tree import Edge, LinkTree
+from ..chains.joint import Joint, Mimic
+from ..chains.serial_chain import SerialChain
 from ..errors import ModelError
-from ..joint import Joint, Mimic
-from ..se3 import Array, inverse
+from ..screws.placement import pose, rotation_rpy
+from ..screws.se3 import Array, inverse
 
 _MOVING = ('revolute', 'continuous', 'prismatic')
 _KINDS = ('fixed', *_MOVING)

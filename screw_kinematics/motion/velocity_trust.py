@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 
 from .joint_motion import Array
 from .velocity_block import NEIGHBOURS
-from .velocity_evidence import (
-    DIFFERENCED, judge, LAGGING, MOVED, OF_A_RUN, RATIO, ROWS, WINDOWS)
+from .velocity_evidence import DIFFERENCED, judge, LAGGING, MOVED, OF_A_RUN, RATIO, ROWS, WINDOWS
 
 PAUSE = 0.1
 """A pause in the velocities after which old ones are forgotten, s."""

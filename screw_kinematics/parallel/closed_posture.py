@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from .limbs import Limbs
-from .newton import Solution
+from .loop_closure import Solution
 from .screw_system import ScrewSystem
 from .structure import Conditioning
 from ..errors import ClosureError
-from ..se3 import Array
+from ..screws.se3 import Array
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,9 +15,9 @@ import numpy as np
 
 from .closed_posture import closed_posture, ClosedPosture
 from .limbs import Limbs
-from .newton import close_loops, MAX_ITERATIONS, Solution
+from .loop_closure import close_loops, MAX_ITERATIONS, Solution
 from ..errors import AssemblyModeError, ScrewKinematicsError, SingularityError
-from ..se3 import Array
+from ..screws.se3 import Array
 
 ATTEMPTS = 1000
 """Steps, taken or refused, after which a search is given up."""

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from .limbs import Limbs
-from .newton import close_loops, Solution
+from .loop_closure import close_loops, Solution
 from .screw_system import ScrewSystem
 from .structure import RANK_TOLERANCE
 from ..errors import InvalidValueError, UnknownNameError

@@ -11,9 +11,9 @@ import numpy as np
 from .closed_posture import ClosedPosture
 from .limbs import Limbs
 from .rates import joint_rates, platform_states
-from ..chain import MAX_ORDER
+from ..chains.serial_chain import MAX_ORDER
 from ..errors import InvalidValueError, ShapeError
-from ..se3 import Array
+from ..screws.se3 import Array
 
 
 class LimbMotion:

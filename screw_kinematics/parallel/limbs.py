@@ -9,14 +9,14 @@ from typing import Any
 import numpy as np
 
 from .structure import LimbScrews
-from ..backends.plain import Evaluate, python_function
-from ..chain import SerialChain
+from ..chains.serial_chain import SerialChain
+from ..chains.tip_motion import tip_motion
 from ..errors import InvalidValueError
-from ..program import motion_names
-from ..se3 import Array
-from ..states import reduced_from_classical
-from ..tip_to_base import tip_motion
-from ..trace import Graph, straight_line
+from ..programs.program import motion_names
+from ..programs.python_text import Evaluate, python_function
+from ..programs.tracing import Graph, straight_line
+from ..screws.se3 import Array
+from ..screws.states import reduced_from_classical
 
 LARGEST = 1e100
 """Length whose square is still a number [m]."""

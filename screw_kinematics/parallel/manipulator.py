@@ -13,13 +13,13 @@ from .continuation import check_same_mode, follow
 from .home import close_at_home, mobility_at_home
 from .limb_motion import LimbMotion
 from .limbs import Limbs
-from .newton import reach
+from .loop_closure import reach
 from .program import ParallelProgram
-from ..body_state import BodyState
-from ..chain import SerialChain
-from ..joint import Joint
-from ..posture import rigid_displacement
-from ..se3 import Array
+from ..chains.joint import Joint
+from ..chains.posture import rigid_displacement
+from ..chains.serial_chain import SerialChain
+from ..screws.body_state import BodyState
+from ..screws.se3 import Array
 
 
 class ParallelManipulator(LimbMotion):

@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from ..body_state import BodyState
-from ..compile import ORDERS as PLATFORM_ORDERS, output_sizes as platform_sizes
-from ..se3 import Array
-from ..trace import Graph, straight_line, StraightLine
+from ..chains.compiled import ORDERS as PLATFORM_ORDERS, output_sizes as platform_sizes
+from ..programs.tracing import Graph, straight_line, StraightLine
+from ..screws.body_state import BodyState
+from ..screws.se3 import Array
 
 ORDERS = {**PLATFORM_ORDERS, 'passive_position': 0, 'passive_velocity': 1}
 """Outputs, and the highest derivative of the actuated joints' positions that each needs."""

@@ -11,13 +11,13 @@ import numpy as np
 
 from .closed_posture import closed_posture, ClosedPosture
 from .limbs import Limbs
-from .newton import close_loops
+from .loop_closure import close_loops
 from .outputs import ORDERS, output_sizes, trace_outputs
-from .stream import Stream
-from ..compile import checked_outputs
+from .posture_tracker import Stream
+from ..chains.compiled import checked_outputs
 from ..errors import ClosureError, InvalidValueError
-from ..program import Program
-from ..se3 import Array
+from ..programs.program import Program
+from ..screws.se3 import Array
 
 if TYPE_CHECKING:
     from .manipulator import ParallelManipulator
@@ -27,8 +27,8 @@ class ParallelProgram(Program):
     """
     The kinematics of a parallel manipulator for a stream of samples.
 
-    Made by ``manipulator.compile(...)``; used as :class:`~screw_kinematics.program.Program`
-    is, but samples depend on each other: each posture is found from the one before, which
+    Made by ``manipulator.compile(...)``; used as :class:`~screw_kinematics.programs.Program` is,
+    but samples depend on each other: each posture is found from the one before, which
     keeps the assembly mode. A sample that cannot be solved raises an error and is
     forgotten; the next one starts again from the last good posture.
 

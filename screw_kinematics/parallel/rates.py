@@ -15,7 +15,7 @@ import numpy as np
 from .closed_posture import ClosedPosture
 from .limbs import Limbs
 from ..errors import InvalidValueError, SingularityError
-from ..se3 import Array
+from ..screws.se3 import Array
 
 SINGULAR = 1e-6
 """Value of the inverse conditioning from which on a posture counts as singular."""

@@ -20,7 +20,7 @@ from functools import cached_property
 import numpy as np
 
 from .structure import Conditioning, LimbScrews, RANK_TOLERANCE, Ranks
-from ..se3 import Array
+from ..screws.se3 import Array
 
 _TINY = 1e-300
 

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..se3 import Array
+from ..screws.se3 import Array
 
 RANK_TOLERANCE = 1e-6
 """Relative size below which a singular value counts as zero where ranks are decided."""

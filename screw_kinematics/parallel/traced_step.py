@@ -15,10 +15,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from .gram_schmidt import OrthogonalColumns
 from .limbs import Limbs, traced_bias
-from .orthogonal_columns import OrthogonalColumns
-from ..se3 import Array, skew
-from ..trace import Graph, straight_line, StraightLine
+from ..programs.tracing import Graph, straight_line, StraightLine
+from ..screws.se3 import Array, skew
 
 LARGEST_TURN = 0.05
 """Angle from a limb's tip to the platform up to which the pose is exact [rad]."""

@@ -8,11 +8,11 @@ from array import array
 from collections.abc import Sequence
 import time
 
-from . import console, robots
-from .motions import MOTIONS
-from .state_listener import check_names
+from . import console, robot_options
+from .listener import check_names
+from .reference_motions import MOTIONS
 from ..errors import MissingExtraError, ParameterError
-from ..ros.stop_request import StopRequest
+from ..node.stop_request import StopRequest
 
 EXAMPLES = """\
   joint_state_source                            the paper's PUMA motion, 100 Hz
@@ -24,7 +24,7 @@ EXAMPLES = """\
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the tool; see ``joint_state_source --help``."""
     options = console.parser('joint_state_source', __doc__ or '', EXAMPLES)
-    robots.add_options(options, default=robots.PUMA)
+    robot_options.add_options(options, default=robot_options.PUMA)
     add_motion_options(options)
     options.add_argument('--topic', default='joint_states', help='default: joint_states')
     options.add_argument('--namespace', default='', help='ROS namespace of the topic')
@@ -66,8 +66,8 @@ def publish(arguments: argparse.Namespace) -> int:
     check_names(arguments.namespace, [arguments.topic])
     stop = StopRequest()
     stop.take_signals()
-    robot = robots.load(arguments)
-    motion = robots.motion(robot, arguments.motion)
+    robot = robot_options.load(arguments)
+    motion = robot_options.motion(robot, arguments.motion)
     start = time.time_ns() if arguments.start is None else arguments.start
     rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
     try:

@@ -11,8 +11,8 @@ import pytest
 
 from screw_kinematics import models
 from screw_kinematics.errors import ScrewKinematicsError
+from screw_kinematics.models.guarded_yaml import read_yaml
 from screw_kinematics.models.model_file import chain_from_data
-from screw_kinematics.models.safe_yaml import read_yaml
 import yaml
 
 MOST_BYTES = 64e6

@@ -2,12 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Samples taken regularly, but delivered and stamped in bursts."""
 
-from motions import acceleration_error, run, samples, sines
 import numpy as np
 import pytest
 
 from screw_kinematics.motion import MotionEstimator
 from screw_kinematics.motion.bursts import BurstClock
+from support.motions import acceleration_error, run, samples, sines
 
 RATE = 500
 

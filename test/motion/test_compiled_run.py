@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from screw_kinematics.motion import MotionEstimator
-from screw_kinematics.motion.group_motion import GroupMotion, MotionSettings
+from screw_kinematics.pipeline.group_motion import GroupMotion, MotionSettings
 
 pytest.importorskip('numba')
 

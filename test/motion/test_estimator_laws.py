@@ -2,12 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """What holds of the default estimator whatever the robot."""
 
-from motions import acceleration_error, run, samples, sines
 import numpy as np
 import pytest
 
 from screw_kinematics.motion import (
     compiled, FixedKalmanFilter, MotionEstimator, SavitzkyGolay, steady_steps)
+from support.motions import acceleration_error, run, samples, sines
 
 RATE = 500
 

@@ -2,12 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Laws of the smoother of recorded samples."""
 
-from motions import acceleration_error, run, samples, sines
 import numpy as np
 import pytest
 
 from screw_kinematics.errors import InvalidValueError, ShapeError
 from screw_kinematics.motion import MotionEstimator, smooth
+from support.motions import acceleration_error, run, samples, sines
 
 RATE = 250
 

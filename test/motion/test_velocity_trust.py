@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Velocities that are exact are used, those that do harm are not, and soon."""
 
-from motions import acceleration_error, run, samples, sines
 import numpy as np
 import pytest
 
@@ -10,6 +9,7 @@ from screw_kinematics.motion import (
     MotionEstimator, velocity_block, velocity_block_loops, velocity_evidence)
 from screw_kinematics.motion.divided_difference import divided_difference
 from screw_kinematics.motion.velocity_trust import VelocityTrust
+from support.motions import acceleration_error, run, samples, sines
 
 JOINTS = 4
 

@@ -8,12 +8,13 @@ import sqlite3
 
 import numpy as np
 import pytest
-import recordings as rec
 
+from screw_kinematics.messages.stamped import AccelEncoder, TwistEncoder
 from screw_kinematics.motion import make_estimator
-from screw_kinematics.ros.encoders import AccelEncoder, TwistEncoder
-from screw_kinematics.tools import bag, smoothed_blocks
-from screw_kinematics.tools.tables import read_history
+from screw_kinematics.recordings import smoothed_blocks
+from screw_kinematics.recordings.tables import read_history
+from screw_kinematics.tools.bag import main as bag
+from support import recordings as rec
 
 PUMA = str(rec.ROBOTS / 'puma560.yaml')
 COUNT = 2000

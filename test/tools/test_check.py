@@ -6,9 +6,9 @@ import re
 
 import numpy as np
 import pytest
-import recordings as rec
 
-from screw_kinematics.tools import check
+from screw_kinematics.tools.check import main as check
+from support import recordings as rec
 
 ROBOTS = Path(__file__).parents[2] / 'config' / 'robots'
 PUMA = str(ROBOTS / 'puma560.yaml')

@@ -11,9 +11,10 @@ import numpy as np
 import pytest
 
 from screw_kinematics import Joint, models, SerialChain
-from screw_kinematics.tools import console, derive
-from screw_kinematics.tools.closed_form import heading
-from screw_kinematics.tools.quantities import find_quantity, NAMES
+from screw_kinematics.programs.quantities import find_quantity, NAMES
+from screw_kinematics.tools import console
+from screw_kinematics.tools.derive import main as derive
+from screw_kinematics.tools.derive.closed_form import heading
 
 pytest.importorskip('sympy')
 ROBOTS = Path(__file__).parents[2] / 'config' / 'robots'

@@ -8,7 +8,7 @@ import pytest
 
 Console = pytest.importorskip('rich.console').Console
 
-from screw_kinematics.tools.live_view import LiveTable, Row, View     # noqa: E402
+from screw_kinematics.tools.demo.view import LiveTable, Row, View     # noqa: E402
 
 ROWS = (Row('angular acceleration', 'alpha', 'rad/s2', np.array([-244.0046, -170.0112, -15.73]),
             np.array([-244.0, -170.0, -15.7])),

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from screw_kinematics.errors import ParameterError
-from screw_kinematics.tools.motions import MinimumJerk, MOTIONS, reference_motion
+from screw_kinematics.tools.reference_motions import MinimumJerk, MOTIONS, reference_motion
 
 KINDS = ['revolute', 'prismatic', 'continuous']
 # Central difference of order 8.

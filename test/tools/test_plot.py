@@ -10,12 +10,13 @@ import pytest
 pytest.importorskip('matplotlib').use('agg')
 
 from screw_kinematics import models    # noqa: E402
-from screw_kinematics.tools import plot, robots    # noqa: E402
-from screw_kinematics.tools.figure11 import draw_figure11    # noqa: E402
-from screw_kinematics.tools.figures import draw_history    # noqa: E402
-from screw_kinematics.tools.history import of_motion, QUANTITIES    # noqa: E402
-from screw_kinematics.tools.limb_picture import draw_limbs    # noqa: E402
-from screw_kinematics.tools.screw_picture import draw_screws    # noqa: E402
+from screw_kinematics.recordings.history import QUANTITIES    # noqa: E402
+from screw_kinematics.tools import robot_options    # noqa: E402
+from screw_kinematics.tools.plot import main as plot    # noqa: E402
+from screw_kinematics.tools.plot.figure11 import draw_figure11    # noqa: E402
+from screw_kinematics.tools.plot.histories import draw_history, motion_history    # noqa: E402
+from screw_kinematics.tools.plot.limbs import draw_limbs    # noqa: E402
+from screw_kinematics.tools.plot.screws import draw_screws    # noqa: E402
 
 ROBOTS = Path(__file__).parents[2] / 'config' / 'robots'
 
@@ -35,10 +36,10 @@ def test_figure11_begins_with_the_paper_s_values():
 
 
 def test_each_drawn_order_is_the_derivative_of_the_one_before():
-    robot = models.load(robots.PUMA)
+    robot = models.load(robot_options.PUMA)
     time = np.linspace(0.0, 1.0, 2001)
-    figure = draw_history([of_motion(robot, robots.motion(robot, 'multisine'), time,
-                                     ['pose', 'twist', 'accel', 'jerk', 'snap'])])
+    figure = draw_history([motion_history(robot, robot_options.motion(robot, 'multisine'), time,
+                                          ['pose', 'twist', 'accel', 'jerk', 'snap'])])
     linear = [axis.lines for axis in figure.axes[1::2]]
     for lower, higher in zip(linear, linear[1:]):
         for below, above in zip(lower, higher):
@@ -51,7 +52,7 @@ def test_each_drawn_order_is_the_derivative_of_the_one_before():
 @pytest.mark.parametrize('robot', ['puma560', 'rpr', 'panda'])
 def test_screw_axis_in_the_picture_moves_along_itself_only(robot):
     robot = models.load(ROBOTS / f'{robot}.yaml')
-    q, qd = robots.motion(robot, 'paper').derivatives(1.0, 1)
+    q, qd = robot_options.motion(robot, 'paper').derivatives(1.0, 1)
     space, = draw_screws(robot, q, qd).axes
     arrow, = [c for c in space.collections if c.get_label() == 'instantaneous screw axis']
     # The shaft of the arrow: begin and end of the first segment.
@@ -63,7 +64,7 @@ def test_screw_axis_in_the_picture_moves_along_itself_only(robot):
 
 def test_forces_of_legs_are_drawn_along_them():
     stewart = models.load(ROBOTS / 'stewart_6ups.yaml')
-    q, qd = robots.motion(stewart, 'paper').derivatives(1.0, 1)
+    q, qd = robot_options.motion(stewart, 'paper').derivatives(1.0, 1)
     space, = draw_limbs(stewart, q, qd).axes
     arrows = [np.array(c._segments3d[0]) for c in space.collections if c.get_linestyle()[0][1]]
     legs = stewart.points(stewart.posture(q)).values()

@@ -1,0 +1,128 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""From measured joints to all joints of a chain: mimic joints follow others."""
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from .joint import Joint
+from ..errors import InvalidValueError, ShapeError
+from ..screws.se3 import Array
+
+
+class Coupling:
+    """
+    How the joints of a chain depend on the measured ones.
+
+    Parameters
+    ----------
+    joints : sequence of Joint
+        From base to tip.
+    owner : str
+        Whose joints they are, for messages.
+
+    Attributes
+    ----------
+    joint_names : tuple of str
+        The measured joints, in the order of their first use.
+    prismatic : array of bool, shape (dof,)
+        Which of them are measured in m rather than rad; that of a measured joint outside
+        the chain is taken from its first follower.
+
+    Raises
+    ------
+    InvalidValueError
+        A joint name occurs twice, or a joint follows a following one.
+
+    Examples
+    --------
+    >>> from screw_kinematics import Mimic
+    >>> left = Joint('left', 'prismatic', axis=(0, 1, 0))
+    >>> right = Joint('right', 'prismatic', axis=(0, 1, 0), mimic=Mimic('left', -2, 0.5))
+    >>> Coupling([left, right]).values(np.array([0.1]))
+    array([0.1, 0.3])
+
+    """
+
+    def __init__(self, joints: Sequence[Joint], owner: str = 'chain') -> None:
+        self._owner = owner
+        names = [joint.name for joint in joints]
+        if len(set(names)) != len(names):
+            twice = next(n for n in names if names.count(n) > 1)
+            raise InvalidValueError(f'joint {twice!r} occurs more than once in the {owner}')
+        following = {joint.name for joint in joints if joint.mimic is not None}
+        for joint in joints:
+            if joint.mimic is not None and joint.source in following:
+                raise InvalidValueError(
+                    f'joint {joint.name!r} follows {joint.source!r}, which follows another '
+                    'joint itself; a followed joint must be a measured one')
+        self.joint_names = tuple(dict.fromkeys(joint.source for joint in joints))
+        self._columns = [self.joint_names.index(joint.source) for joint in joints]
+        kinds = {joint.source: joint.kind for joint in reversed(joints)}
+        kinds.update({joint.name: joint.kind for joint in joints})
+        self.prismatic = np.array([kinds[n] == 'prismatic' for n in self.joint_names], bool)
+        self._plain = not following
+        mimics = [joint.mimic for joint in joints]
+        self._multipliers = np.array([1 if m is None else m.multiplier for m in mimics])
+        self._offsets = np.array([0 if m is None else m.offset for m in mimics])
+
+    @property
+    def dof(self) -> int:
+        """Return the number of measured joints."""
+        return len(self.joint_names)
+
+    def values(self, q: Any, order: int = 0) -> Array:
+        """
+        Return the values of all joints of the chain from those of the measured ones.
+
+        Parameters
+        ----------
+        q : array, shape (..., dof)
+            Positions (order 0) or derivatives (order > 0) of the measured joints.
+        order : int
+            The mimic offset counts only for positions.
+
+        Returns
+        -------
+        array, shape (..., number of joints)
+
+        Raises
+        ------
+        ShapeError
+            The last axis of q is not dof long.
+
+        """
+        q = np.asarray(q)
+        if q.shape[-1:] != (self.dof,):
+            what = 'q' if order == 0 else f'derivative {order} of q'
+            raise ShapeError(f'{what} of {self._owner}', f'(..., {self.dof})', q.shape)
+        values = q[..., self._columns]
+        if self._plain:
+            return values
+        values = values * self._multipliers
+        return values + self._offsets if order == 0 else values
+
+    def columns(self, screws: Sequence[Array]) -> list[Array]:
+        """
+        Return the six-vectors of unit rates of the measured joints.
+
+        Parameters
+        ----------
+        screws : sequence of array, shape (..., 6)
+            Unit screws of all joints of the chain.
+
+        Returns
+        -------
+        list of array, shape (..., 6)
+            One per measured joint: its own screw and those of its followers, each times
+            its multiplier.
+
+        """
+        columns: list[Any] = [None] * self.dof
+        for column, multiplier, screw in zip(self._columns, self._multipliers, screws):
+            share = screw if self._plain else multiplier * screw
+            columns[column] = share if columns[column] is None else columns[column] + share
+        return columns

@@ -1,0 +1,210 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""
+A chain as turns about coordinate axes, with slides between them.
+
+A turn about a coordinate axis changes two components of a vector and costs six
+operations, a general rotation fifteen. The axes between two joints may be chosen freely:
+here they stay parallel to the base's (at q = 0) while joint axes are parallel to them, and
+are turned by constant angles where they are not. A constant turn about the axis of the
+joint before it is no work at all, only an offset of its angle. Consecutive joints with
+parallel axes turn everything beyond them once, by the sum of their angles.
+"""
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from math import atan2, pi
+from typing import Any, TYPE_CHECKING
+
+import numpy as np
+
+from ..programs.tracing import SNAP
+from ..screws.se3 import Array, rotation_about
+
+if TYPE_CHECKING:
+    from .serial_chain import SerialChain
+
+Derivatives = list[Any]
+"""A value and its time derivatives, constant or traced."""
+
+
+@dataclass(eq=False)
+class Slide:
+    """
+    A shift of the origin, in the axes of its place.
+
+    Parameters
+    ----------
+    constant : array, shape (3,)
+        The part that does not move [m].
+    moving : list of (array, list)
+        Directions, shape (3,), each with an amount and its time derivatives [m, m/s, ...].
+
+    """
+
+    constant: Array = field(default_factory=lambda: np.zeros(3))
+    moving: list[tuple[Array, Derivatives]] = field(default_factory=list)
+
+    def turn_axes(self, axis: int, angle: float) -> None:
+        """Change to axes turned by a constant angle [rad]."""
+        into = rotation_about(np.eye(3)[axis], -angle)
+        self.constant = into @ self.constant
+        self.moving = [(into @ direction, amount) for direction, amount in self.moving]
+
+    def is_along(self, axis: int) -> bool:
+        """Whether nothing is shifted across an axis, so that turns about it commute."""
+        vectors = [self.constant, *[direction for direction, _ in self.moving]]
+        return all(abs(v[k]) <= SNAP for v in vectors for k in range(3) if k != axis)
+
+
+@dataclass(eq=False)
+class Stage:
+    """
+    Turns about parallel axes, each followed by a slide.
+
+    Parameters
+    ----------
+    axis : {0, 1, 2}
+        x, y or z.
+    angles : list of list
+        Angle of each turn, measured from the stage's outer axes, and its time derivatives.
+    slides : list of Slide
+        In the axes after the turn.
+
+    """
+
+    axis: int
+    angles: list[Derivatives]
+    slides: list[Slide]
+
+
+@dataclass(eq=False)
+class Stages:
+    """
+    A chain from base to tip.
+
+    Parameters
+    ----------
+    order : int
+        Highest time derivative.
+    base : Slide
+        In base axes, before all turns.
+    stages : list of Stage
+    orientation : array, shape (3, 3)
+        Rotation from tip coordinates to the axes after the last turn.
+
+    """
+
+    order: int
+    base: Slide = field(default_factory=Slide)
+    stages: list[Stage] = field(default_factory=list)
+    orientation: Array = field(default_factory=lambda: np.eye(3))
+
+    @property
+    def last(self) -> Slide:
+        """Return the slide at the tip end."""
+        return self.stages[-1].slides[-1] if self.stages else self.base
+
+    def turn(self, axis: int, angle: Derivatives) -> None:
+        """Add a turn at the tip end."""
+        if not self.stages or self.stages[-1].axis != axis:
+            self.stages.append(Stage(axis, [angle], [Slide()]))
+            return
+        stage = self.stages[-1]
+        total = [a + b for a, b in zip(stage.angles[-1], angle)]
+        if self.last.is_along(axis):
+            stage.angles[-1] = total
+        else:
+            stage.angles.append(total)
+            stage.slides.append(Slide())
+
+    def constant_turn(self, axis: int, angle: float) -> None:
+        """Add a constant turn [rad] at the tip end."""
+        if self.stages and self.stages[-1].axis == axis:
+            value = self.stages[-1].angles[-1]
+            self.stages[-1].angles[-1] = [value[0] + angle, *value[1:]]
+            self.last.turn_axes(axis, angle)
+        else:
+            self.turn(axis, [angle] + [0.0] * self.order)
+
+
+def stages_of(chain: SerialChain, motion: Sequence[Derivatives]) -> Stages:
+    """
+    Return a chain as stages.
+
+    Parameters
+    ----------
+    chain : SerialChain
+        With numbers, not symbols, as parameters.
+    motion : sequence of list
+        For each joint its value and time derivatives, at least one of each.
+
+    Returns
+    -------
+    Stages
+
+    """
+    result = Stages(order=len(motion[0]) - 1 if motion else 0)
+    axes, origin = np.eye(3), np.zeros(3)    # the present axes and origin, at q = 0
+
+    def turn_axes(axis: int, angle: float) -> None:
+        nonlocal axes
+        result.constant_turn(axis, angle)
+        axes = axes @ rotation_about(np.eye(3)[axis], angle)
+
+    def move_origin(point: Array) -> None:
+        nonlocal origin
+        result.last.constant = result.last.constant + axes.T @ (point - origin)
+        origin = point
+
+    for joint, values in zip(chain.joints, motion):
+        direction = axes.T @ joint.axis
+        if joint.kind == 'prismatic':
+            result.last.moving.append((direction, values))
+            continue
+        for axis, angle in _alignment(direction, result.stages):
+            turn_axes(axis, angle)
+        direction = axes.T @ joint.axis
+        move_origin(joint.point)
+        k = int(np.argmax(np.abs(direction)))
+        sign = float(np.sign(direction[k]))
+        result.turn(k, [sign * value for value in values])
+        if joint.kind == 'helical':
+            result.last.moving.append((sign * joint.pitch * np.eye(3)[k], values))
+    tool = chain.T_base_tool
+    if result.stages:
+        turn_axes(*_spin(axes.T @ tool[:3, :3], result.stages[-1].axis))
+    move_origin(tool[:3, 3])
+    result.orientation = axes.T @ tool[:3, :3]
+    return result
+
+
+def _alignment(direction: Array, stages: list[Stage]) -> list[tuple[int, float]]:
+    """Return constant turns after which a direction is along a coordinate axis."""
+    large = [k for k in range(3) if abs(direction[k]) > SNAP]
+    if len(large) == 1:
+        return []
+    if len(large) == 2:
+        axis = 3 - sum(large)
+        angle = _angle(direction, axis)
+        # Either coordinate axis of the plane will do: the nearer one.
+        return [(axis, angle - pi / 2 * round(angle / (pi / 2)))]
+    axis = stages[-1].axis if stages else 2
+    first = _angle(direction, axis)
+    rest = rotation_about(np.eye(3)[axis], -first) @ direction
+    rest[(axis + 2) % 3] = 0.0
+    return [(axis, first), *_alignment(rest, [])]
+
+
+def _spin(orientation: Array, axis: int) -> tuple[int, float]:
+    """Return a turn after which a column of the orientation has one zero more."""
+    along = np.abs(orientation[axis])
+    column = orientation[:, int(np.argmin(along))]
+    across = [abs(column[k]) for k in range(3) if k != axis]
+    return (axis, 0.0 if min(across) <= SNAP else _angle(column, axis))
+
+
+def _angle(vector: Array, axis: int) -> float:
+    """Return the angle of a vector's projection in the plane across an axis."""
+    return atan2(vector[(axis + 2) % 3], vector[(axis + 1) % 3])

@@ -1,0 +1,121 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""One joint of a chain: its screw at q = 0 and where its value comes from."""
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..errors import InvalidValueError, ShapeError, UnknownNameError
+from ..screws.se3 import Array
+
+KINDS = ('revolute', 'continuous', 'prismatic', 'helical')
+
+
+@dataclass(frozen=True)
+class Mimic:
+    """
+    A joint that follows another one: ``q = multiplier * q_source + offset``.
+
+    Parameters
+    ----------
+    joint : str
+        Name of the measured joint that is followed; it need not be in the chain.
+    multiplier : float
+    offset : float
+        In rad or m, as the following joint.
+
+    """
+
+    joint: str
+    multiplier: Any = 1
+    offset: Any = 0
+
+
+@dataclass(frozen=True, eq=False)
+class Joint:
+    """
+    A joint as a unit screw in the base frame at q = 0.
+
+    Parameters
+    ----------
+    name : str
+    kind : {'revolute', 'continuous', 'prismatic', 'helical'}
+        'continuous' is a revolute joint whose measured angle may wrap at 2 pi.
+    axis : array, shape (3,)
+        Direction in base axes; normalised here.
+    point : array, shape (3,)
+        Any point of the axis in the base frame [m]; without meaning if prismatic.
+    pitch : float
+        Pitch [m/rad], for helical joints only.
+    mimic : Mimic, optional
+        Where the value comes from, if it is not measured itself.
+
+    Raises
+    ------
+    UnknownNameError
+        The kind is none of the allowed ones.
+    ShapeError, InvalidValueError
+        Axis, point or pitch are not usable; the message names the joint.
+
+    Examples
+    --------
+    >>> Joint('lift', 'prismatic', axis=(0, 0, 2)).axis
+    array([0., 0., 1.])
+
+    """
+
+    name: str
+    kind: str
+    axis: Array
+    point: Array = (0, 0, 0)    # type: ignore[assignment]
+    pitch: Any = 0
+    mimic: Mimic | None = None
+
+    def __post_init__(self) -> None:
+        if self.kind not in KINDS:
+            raise UnknownNameError(f'kind of joint {self.name!r}:', self.kind, KINDS)
+        for key in ('axis', 'point'):
+            object.__setattr__(self, key, self._vector(key))
+        if self.axis.dtype != object:
+            largest = float(np.max(np.abs(self.axis)))
+            if not largest > 0:
+                raise InvalidValueError(f'joint {self.name!r}: axis must not be zero')
+            # An exact power of two first, or the squares would leave the floats' range.
+            unit = np.ldexp(self.axis, -np.frexp(largest)[1])
+            unit = unit / np.linalg.norm(unit)
+            unit.setflags(write=False)
+            object.__setattr__(self, 'axis', unit)
+        if isinstance(self.pitch, (int, float)):
+            if not np.isfinite(self.pitch):
+                raise InvalidValueError(
+                    f'joint {self.name!r}: pitch must be finite, got {self.pitch!r}; '
+                    "for infinite pitch use the kind 'prismatic'")
+            if self.pitch != 0 and self.kind != 'helical':
+                raise InvalidValueError(
+                    f'joint {self.name!r}: pitch {self.pitch!r} needs the kind '
+                    f"'helical', got {self.kind!r}")
+
+    def _vector(self, key: str) -> Array:
+        vector = np.array(getattr(self, key))
+        if vector.shape != (3,):
+            raise ShapeError(f'joint {self.name!r}: {key}', '(3,)', vector.shape)
+        if vector.dtype != object:
+            try:
+                vector = vector.astype(float)
+            except ValueError:
+                raise InvalidValueError(
+                    f'joint {self.name!r}: {key} must be numbers, '
+                    f'got {vector.tolist()!r}') from None
+            if not np.all(np.isfinite(vector)):
+                raise InvalidValueError(
+                    f'joint {self.name!r}: {key} must be finite, got {vector.tolist()!r}')
+        vector.setflags(write=False)
+        return vector
+
+    @property
+    def source(self) -> str:
+        """Name of the measured joint that gives the value."""
+        return self.mimic.joint if self.mimic is not None else self.name

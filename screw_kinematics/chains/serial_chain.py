@@ -1,0 +1,255 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Open chains of screws: pose, present screws, and kinematic states of the tip."""
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any, TYPE_CHECKING
+
+import numpy as np
+
+from .coupling import Coupling
+from .joint import Joint
+from .mobility import Mobility
+from .posture import Posture, rigid_displacement
+from ..errors import InvalidValueError
+from ..screws.body_state import BodyState
+from ..screws.reference import check_axes, resolve_pole
+from ..screws.se3 import Array, rotate
+from ..screws.states import chain_states
+
+if TYPE_CHECKING:
+    from ..programs.program import Program
+
+MAX_ORDER = 4
+
+
+class SerialChain(Mobility):
+    """
+    An open chain of joints from a base frame to a tip frame; immutable.
+
+    Parameters
+    ----------
+    joints : iterable of Joint
+        From base to tip; axes and points in the base frame at q = 0.
+    T_base_tool : array, shape (4, 4)
+        Pose of the tip frame in the base frame at q = 0 [m].
+    base_frame, tip_frame : str
+        Frame names.
+    name : str
+        Name of the robot, for messages.
+
+    Raises
+    ------
+    ShapeError, InvalidValueError
+        The pose is no rigid displacement, or joint names are not unique.
+
+    Examples
+    --------
+    >>> arm = SerialChain([Joint('q1', 'revolute', axis=(0, 0, 1))],
+    ...                   [[1, 0, 0, 2], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]])
+    >>> arm.state([0.0], [1.0]).velocity
+    array([0., 0., 1., 0., 2., 0.])
+
+    """
+
+    def __init__(self, joints: Iterable[Joint], T_base_tool: Any = None,    # noqa: N803
+                 base_frame: str = 'base', tip_frame: str = 'tool', name: str = '') -> None:
+        self.joints = tuple(joints)
+        self.base_frame = base_frame
+        self.tip_frame = tip_frame
+        self.name = name
+        self.T_base_tool = rigid_displacement('T_base_tool', T_base_tool)
+        self._coupling = Coupling(self.joints, repr(self))
+
+    def __repr__(self) -> str:
+        return (f'SerialChain({self.name or "unnamed"}: {len(self.joints)} joints, '
+                f'{self.base_frame} -> {self.tip_frame})')
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """Return the names of the measured joints: mimic joints are folded in."""
+        return self._coupling.joint_names
+
+    @property
+    def dof(self) -> int:
+        """Return the number of measured joints."""
+        return self._coupling.dof
+
+    @property
+    def prismatic(self) -> Array:
+        """Return which measured joints are in m rather than rad, shape (dof,)."""
+        return self._coupling.prismatic
+
+    def with_tool(self, T_tip_tool: Any,    # noqa: N803
+                  tip_frame: str | None = None) -> SerialChain:
+        """
+        Return the chain with a tool mounted on its tip.
+
+        Parameters
+        ----------
+        T_tip_tool : array, shape (4, 4)
+            Pose of the tool in the present tip frame [m].
+        tip_frame : str, optional
+            Name of the new tip frame.
+
+        """
+        return SerialChain(
+            self.joints, self.T_base_tool @ rigid_displacement('T_tip_tool', T_tip_tool),
+            self.base_frame, self.tip_frame if tip_frame is None else tip_frame, self.name)
+
+    def joint_values(self, q: Any, order: int = 0) -> Array:
+        """
+        Return the values of all joints, shape (..., number of joints), from the measured ones.
+
+        Parameters as of :meth:`.coupling.Coupling.values`.
+
+        """
+        return self._coupling.values(q, order)
+
+    def pose(self, q: Any) -> Array:
+        """
+        Return T_base_tool at the joint positions q.
+
+        Parameters
+        ----------
+        q : array, shape (..., dof)
+            Positions of the measured joints [rad, m].
+
+        Returns
+        -------
+        array, shape (..., 4, 4)
+
+        """
+        return self.posture(q).pose
+
+    def posture(self, q: Any) -> Posture:
+        """
+        Return where the joint axes and the tip are at the joint positions q.
+
+        Parameters
+        ----------
+        q : array, shape (..., dof)
+            Positions of the measured joints [rad, m].
+
+        Returns
+        -------
+        Posture
+
+        """
+        return Posture(self.joints, self.T_base_tool, self.joint_values(q))
+
+    def screws(self, q: Any, pole: str | Array = 'tip') -> Array:
+        """
+        Return the present unit screws of the joints in base axes.
+
+        Parameters
+        ----------
+        q : array, shape (..., dof)
+            Positions of the measured joints [rad, m].
+        pole : 'tip', 'base' or array, shape (..., 3)
+            The point the moments refer to; an array is in base coordinates [m].
+
+        Returns
+        -------
+        array, shape (..., number of joints, 6)
+
+        """
+        posture = self.posture(q)
+        screws = posture.screws(resolve_pole(pole, posture.pose)[1])
+        if not screws:
+            return np.zeros(posture.pose.shape[:-2] + (0, 6))
+        shape = posture.pose.shape[:-2] + (6,)
+        return np.stack([np.broadcast_to(screw, shape) for screw in screws], axis=-2)
+
+    def jacobian(self, q: Any, pole: str | Array = 'tip', axes: str = 'base') -> Array:
+        """
+        Return the Jacobian: its columns are the unit screws of the measured joints.
+
+        A joint that others mimic has the sum of all their screws, times the multipliers.
+
+        Parameters
+        ----------
+        q : array, shape (..., dof)
+            Positions of the measured joints [rad, m].
+        pole : 'tip', 'base' or array, shape (..., 3)
+            The point the moments refer to; an array is in base coordinates [m].
+        axes : {'base', 'tip'}
+            Whose axes the components are in.
+
+        Returns
+        -------
+        array, shape (..., 6, dof)
+            ``jacobian @ qd`` is the twist.
+
+        References
+        ----------
+        The paper, section 3.1.
+
+        """
+        check_axes(axes)
+        posture = self.posture(q)
+        columns = self._coupling.columns(posture.screws(resolve_pole(pole, posture.pose)[1]))
+        if not columns:
+            return np.zeros(posture.pose.shape[:-2] + (6, 0))
+        if axes == 'tip':
+            back = np.swapaxes(posture.pose[..., :3, :3], -1, -2)
+            columns = [rotate(back, column) for column in columns]
+        shape = posture.pose.shape[:-2] + (6,)
+        return np.stack([np.broadcast_to(column, shape) for column in columns], axis=-1)
+
+    def state(self, q: Any, *derivatives: Any) -> BodyState:
+        """
+        Return pose and reduced states of the tip, pole at the tip, axes of the base.
+
+        Parameters
+        ----------
+        q : array, shape (..., dof)
+            Positions of the measured joints [rad, m].
+        *derivatives : array, shape (..., dof)
+            Their first to at most fourth time derivatives.
+
+        Returns
+        -------
+        BodyState
+
+        References
+        ----------
+        The paper, sections 3.1 and 3.2.
+
+        """
+        if len(derivatives) > MAX_ORDER:
+            raise InvalidValueError(
+                f'derivatives up to order {MAX_ORDER} are supported, got {len(derivatives)}')
+        posture = self.posture(q)
+        tip = posture.pose[..., :3, 3]
+        rates = [self.joint_values(d, n) for n, d in enumerate(derivatives, start=1)]
+        reduced = chain_states(posture.screws(tip), rates)
+        return BodyState(posture.pose, tuple(reduced), tip,
+                         base_frame=self.base_frame, tip_frame=self.tip_frame)
+
+    def compile(    # noqa: A003
+            self, outputs: Iterable[str] = ('pose', 'twist', 'accel'),
+            backend: str = 'auto', axes: str = 'base', pole: str = 'tip') -> Program:
+        """
+        Return a straight-line program of this chain, which is much faster than the chain.
+
+        Parameters
+        ----------
+        outputs : iterable of str
+            Any of 'pose' (position, then rotation by rows), 'twist', 'accel', 'jerk',
+            'snap' (classical), 'reduced_accel', 'reduced_jerk', 'reduced_snap' and
+            'jacobian' (6 x dof by rows).
+        backend : {'auto', 'python', 'numba'}
+            'auto' is 'numba' where Numba is installed.
+        axes, pole : {'base', 'tip'}
+            Whose axes all but the pose are in, and the point they refer to.
+
+        Raises
+        ------
+        UnknownNameError, InvalidValueError
+            An argument is none of the allowed ones.
+
+        """
+        from .compiled import compile_chain
+        return compile_chain(self, outputs, backend, axes, pole)

@@ -1,0 +1,230 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""
+Decoding of `sensor_msgs/JointState` from the bytes that travel on the wire.
+
+ROS messages travel as CDR (OMG Common Data Representation, version 1): a header of four
+bytes, then the fields in order, each aligned to its own size counted from the end of that
+header. What one driver sends differs from message to message only in the stamp and the
+numbers, so the layout found in its first message serves all later ones: one comparison and
+one unpacking. The bytes between fields have no defined value and are left out of the
+comparison. Every count and the length are checked again in every message.
+"""
+from __future__ import annotations
+
+from collections.abc import Callable
+from struct import Struct, unpack_from
+from typing import NamedTuple
+
+from ..errors import MalformedMessageError
+
+MAX_BYTES = 1 << 18
+"""Longest message that is read; some 2,000 joints with names of 100 letters."""
+
+MAX_LAYOUTS = 32
+"""Layouts remembered at a time, for topics on which several drivers publish."""
+
+_ORIGIN = 4                # alignment counts from here: the end of the CDR header
+_NAMES = _ORIGIN + 8       # end of the stamp, start of frame_id
+_LITTLE_ENDIAN = 0x0100    # the first two bytes of a plain little-endian message
+_SLACK = 12                # serialisers may reserve the alignment of three empty arrays
+_SECOND = 1_000_000_000    # ns
+
+_new_tuple = tuple.__new__
+
+
+class JointSample(NamedTuple):
+    """
+    The content of a joint state message that matters here.
+
+    Attributes
+    ----------
+    stamp_ns : int
+        Time of the measurement in ns.
+    names : tuple of str
+        Joint names; the same object as long as the names stay the same, so that what was
+        worked out for them can be kept under its identity.
+    position, velocity : tuple of float
+        Values in rad or m, and rad/s or m/s; as long as they were in the message, which
+        may be shorter or longer than the names. Not checked for NaN.
+
+    """
+
+    stamp_ns: int
+    names: tuple[str, ...]
+    position: tuple[float, ...]
+    velocity: tuple[float, ...]
+
+
+class JointStateDecoder:
+    """
+    Reads serialized joint state messages.
+
+    Parameters
+    ----------
+    foreign : callable, optional
+        Reads what is not plain little-endian CDR; raises MalformedMessageError.
+
+    """
+
+    def __init__(self, foreign: Callable[[bytes], JointSample] | None = None) -> None:
+        self._foreign = foreign
+        self._layouts: list[_Layout] = []
+        self._foreign_names: tuple[str, ...] = ()
+
+    def decode(self, data: bytes) -> JointSample:
+        """
+        Return the sample in a serialized message.
+
+        Plain little-endian CDR is read here; everything else by ``foreign``.
+
+        Raises
+        ------
+        MalformedMessageError
+            The bytes are not a joint state message, or a longer one than ``MAX_BYTES``.
+
+        """
+        for layout in self._layouts:
+            sample = layout.read(data)
+            if sample is not None:
+                if layout is not self._layouts[0]:
+                    self._put_first(layout)
+                return sample
+        if len(data) > MAX_BYTES:
+            raise MalformedMessageError(
+                'JointState', f'it has {len(data)} bytes, more than {MAX_BYTES}')
+        if data[:2] != _LITTLE_ENDIAN.to_bytes(2, 'little'):
+            return self._decode_foreign(data)
+        layout = _Layout(data, [known.names for known in self._layouts])
+        self._put_first(layout)
+        sample = layout.read(data)
+        if sample is None:
+            raise MalformedMessageError('JointState', 'its stamp has 1e9 nanoseconds or more')
+        return sample
+
+    def _decode_foreign(self, data: bytes) -> JointSample:
+        """Return the sample in another encapsulation, such as big-endian CDR."""
+        if self._foreign is None:
+            raise MalformedMessageError(
+                'JointState', f'its encapsulation is {data[:2].hex()}; without ROS only plain '
+                'little-endian CDR is read (0001)')
+        sample = self._foreign(data)
+        if sample.names == self._foreign_names:
+            sample = sample._replace(names=self._foreign_names)
+        self._foreign_names = sample.names
+        return sample
+
+    def _put_first(self, layout: _Layout) -> None:
+        """Move a layout to the front, and forget the one that was not used for longest."""
+        others = [known for known in self._layouts if known is not layout]
+        self._layouts = [layout, *others[:MAX_LAYOUTS - 1]]
+
+
+class _Layout:
+    """
+    Where things are in one message, and in all that differ only in stamp and numbers.
+
+    Parameters
+    ----------
+    data : bytes
+        A message in plain little-endian CDR.
+    known_names : list of tuple of str
+        Names met before: equal ones are represented by the same object.
+
+    """
+
+    __slots__ = ('_size', '_end', '_head', '_mask', '_masked_head', '_names', '_unpack',
+                 '_position', '_velocity', '_velocity_count', '_effort_count')
+
+    def __init__(self, data: bytes, known_names: list[tuple[str, ...]]) -> None:
+        mask = bytearray(len(data))
+        at = _skip_string(data, _NAMES, mask)
+        count, at = _read_count(data, at, 4, mask)
+        parts = []
+        for _ in range(count):
+            start = at
+            at = _skip_string(data, start, mask)
+            parts.append(_text(data, start, at))
+        names = tuple(parts)
+        self._names = next((known for known in known_names if known == names), names)
+        positions, values_at = _read_count(data, at, 8, mask)
+        self._end = end = -(-at // 4) * 4 + 4
+        self._head = data[_NAMES:end]
+        self._mask = int.from_bytes(mask[_NAMES:end], 'little')
+        self._masked_head = int.from_bytes(self._head, 'little') & self._mask
+
+        # The numbers, from the stamp to the count of efforts, as one struct.
+        velocities, velocities_at = _read_count(data, values_at + 8 * positions, 8, mask)
+        efforts, efforts_at = _read_count(data, velocities_at + 8 * velocities, 8, mask)
+        if len(data) - efforts_at - 8 * efforts > _SLACK:
+            raise MalformedMessageError(
+                'JointState', f'it ends after {efforts_at + 8 * efforts} bytes '
+                f'and has {len(data)}')
+        after_count = values_at + 8 * positions + 4
+        self._unpack = Struct(f'<H2xiI{end - _NAMES}x'
+                              f'{values_at - end}x{positions}dI'
+                              f'{velocities_at - after_count}x{velocities}dI').unpack_from
+        self._size = len(data)
+        self._position = slice(3, 3 + positions)
+        self._velocity = slice(4 + positions, 4 + positions + velocities)
+        self._velocity_count = velocities
+        self._effort_count = efforts
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Return the joint names."""
+        return self._names
+
+    def read(self, data: bytes) -> JointSample | None:
+        """Return the sample in a message, or None if it is not of this layout."""
+        if len(data) != self._size:
+            return None
+        head = data[_NAMES:self._end]
+        if (head != self._head
+                and int.from_bytes(head, 'little') & self._mask != self._masked_head):
+            return None
+        values = self._unpack(data)
+        if (values[0] != _LITTLE_ENDIAN or values[2] >= _SECOND
+                or values[self._velocity.start - 1] != self._velocity_count
+                or values[-1] != self._effort_count):
+            return None
+        return _new_tuple(JointSample, (
+            values[1] * _SECOND + values[2], self._names,
+            values[self._position], values[self._velocity]))
+
+
+def _read_count(data: bytes, at: int, item: int, mask: bytearray) -> tuple[int, int]:
+    """Return the count of a sequence of items of that size, and where its items start."""
+    at = -(-at // 4) * 4
+    if at + 4 > len(data):
+        raise MalformedMessageError('JointState', f'it is cut off after {len(data)} bytes')
+    count, = unpack_from('<I', data, at)
+    mask[at:at + 4] = b'\xff' * 4
+    at += 4
+    if count == 0:
+        return 0, at
+    if item == 8:
+        at += (_ORIGIN - at) % 8
+    # A string takes at least its own count; so this bounds the work before any is done.
+    if count * item > len(data) - at:
+        raise MalformedMessageError(
+            'JointState', f'it announces {count} items where {len(data) - at} bytes remain')
+    return count, at
+
+
+def _skip_string(data: bytes, at: int, mask: bytearray) -> int:
+    """Return the end of the string whose count is next."""
+    count, at = _read_count(data, at, 1, mask)
+    mask[at:at + count] = b'\xff' * count
+    return at + count
+
+
+def _text(data: bytes, start: int, end: int) -> str:
+    """Return the string between its (aligned) count and its end, without the final NUL."""
+    raw = data[-(-start // 4) * 4 + 4:end]
+    if raw and raw[-1] != 0 or 0 in raw[:-1]:
+        raise MalformedMessageError('JointState', f'joint name {raw!r} does not end in NUL')
+    try:
+        return raw[:-1].decode()
+    except UnicodeDecodeError:
+        raise MalformedMessageError('JointState', f'joint name {raw!r} is not UTF-8') from None

@@ -1,0 +1,59 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""
+The loop in which the node's callbacks run.
+
+It makes bounded steps, so that Python sees a signal within one of them: executors wait
+inside C++, where Python's signal handlers do not run.
+"""
+from __future__ import annotations
+
+from functools import partial
+
+from rclpy.context import Context
+from rclpy.executors import Executor, ExternalShutdownException, SingleThreadedExecutor
+from rclpy.task import Future
+
+from .stop_request import StopRequest
+
+STEP = 1.0
+"""Length of a step [s]: the longest delay of a signal while no callback runs. The node's own
+timers let Python see one sooner, so short steps would only cost idle time."""
+
+
+def make_executor(kind: str, context: Context) -> Executor:
+    """Return the executor of that name; the default one where ROS has no events executor."""
+    if kind == 'events':
+        try:
+            from rclpy.experimental import EventsExecutor
+        except ImportError:
+            pass
+        else:
+            return EventsExecutor(context=context)
+    return SingleThreadedExecutor(context=context)
+
+
+def spin(executor: Executor, stop: StopRequest) -> None:
+    """Run callbacks until a stop is requested or the middleware is shut down."""
+    executor.context.on_shutdown(stop.make)
+    # The events executor installs its own signal handlers when it is made.
+    stop.take_signals()
+    try:
+        if isinstance(executor, SingleThreadedExecutor):
+            while not stop.made:
+                executor.spin_once(STEP)
+        else:
+            _spin_without_leaving(executor, stop)
+    except ExternalShutdownException:
+        pass
+
+
+def _spin_without_leaving(executor: Executor, stop: StopRequest) -> None:
+    """Spin in steps of many events, which costs less than a step for each."""
+    while not stop.made:
+        end = Future()
+        # While messages keep coming a step outlasts its time: only its future ends it. The
+        # executor sets it, as a signal may come in the middle of any work on the future.
+        stop.interrupt = partial(executor.create_task, end.set_result, None)
+        executor.spin_until_future_complete(end, STEP)
+    stop.interrupt = None

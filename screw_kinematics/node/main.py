@@ -1,0 +1,118 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""
+Entry point of the node: `ros2 run screw_kinematics kinematic_state_publisher`.
+
+Ends with code 0 on SIGINT and SIGTERM, and with code 1 and one line on standard error where
+it cannot start.
+"""
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterable, Sequence
+import re
+import sys
+import textwrap
+
+from .stop_request import StopRequest
+from ..errors import InvalidValueError, ScrewKinematicsError
+
+NAME = 'kinematic_state_publisher'
+
+SWITCH_INTERVAL = 2e-4
+"""Longest time [s] for which a thread that compiles keeps others waiting; Python's own, 5 ms for
+each message, would fill the queue of the joint states."""
+
+EXAMPLES = f"""
+examples:
+  ros2 run screw_kinematics {NAME} --ros-args --params-file FILE.yaml
+  ros2 run screw_kinematics {NAME} --ros-args -p robots:=[arm] \\
+      -p arm.description:=package://screw_kinematics/config/robots/puma560.yaml
+"""
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    """
+    Run the node until it is asked to stop; return the exit code.
+
+    Parameters
+    ----------
+    args : sequence of str, optional
+        Program name and arguments; by default those of the process.
+
+    """
+    with StopRequest() as stop:
+        try:
+            run(list(sys.argv if args is None else args), stop)
+        except ScrewKinematicsError as error:
+            print(f'{NAME}: {error}', file=sys.stderr)
+            return 1
+    return 0
+
+
+def run(args: list[str], stop: StopRequest) -> None:
+    """
+    Run the node until a stop is requested.
+
+    Raises
+    ------
+    ScrewKinematicsError
+        It cannot start as asked.
+
+    """
+    sys.setswitchinterval(SWITCH_INTERVAL)
+    # Imported here, since it takes a while in which a signal may come, too.
+    import rclpy
+    from rclpy.exceptions import ParameterException
+    from rclpy.signals import SignalHandlerOptions
+    from rclpy.utilities import remove_ros_args
+    from . import fast_dds
+    from .executor import make_executor, spin
+    from .node import KinematicStatePublisher
+
+    try:
+        check_arguments(remove_ros_args(args)[1:])
+        fast_dds.settle()
+        rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
+    except RuntimeError as error:
+        # Without the places in the middleware's own source code.
+        problem = re.sub(r',? at \S+:\d+', '', ' '.join(str(error).split()))
+        raise InvalidValueError(f'ROS arguments: {problem}') from None
+    try:
+        try:
+            node = KinematicStatePublisher()
+        except ParameterException as error:
+            # Those that are ROS's own, such as use_sim_time.
+            raise InvalidValueError(str(error)) from None
+        executor = make_executor(node.get_parameter('executor').value, node.context)
+        executor.add_node(node)
+        spin(executor, stop)
+        executor.shutdown()
+        node.destroy_node()
+    finally:
+        rclpy.try_shutdown()
+
+
+def check_arguments(args: Sequence[str]) -> None:
+    """Exit with the help text, or with an error: all else is said by parameters."""
+    from ..pipeline.settings import NODE, ROBOT, Setting
+
+    def described(settings: Iterable[Setting], prefix: str = '') -> str:
+        return '\n'.join(
+            textwrap.fill(f'{setting.text} Allowed: {setting.allowed}. '
+                          f'Default: {setting.default!r}.', 88,
+                          initial_indent=f'  {prefix}{setting.name}: ',
+                          subsequent_indent=' ' * 6)
+            for setting in settings)
+
+    parser = argparse.ArgumentParser(
+        prog=NAME, formatter_class=argparse.RawDescriptionHelpFormatter,
+        usage='%(prog)s [-h] [--ros-args ...]',
+        description='Publishes twist, acceleration and more of end effectors, from joint states.',
+        epilog=f'parameters:\n{described(NODE)}\n\n'
+               f'parameters of each robot:\n{described(ROBOT, "<robot>.")}\n{EXAMPLES}')
+    parser.parse_args(args)
+
+
+if __name__ == '__main__':
+    sys.exit(main())

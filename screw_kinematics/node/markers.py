@@ -1,0 +1,161 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Pictures for RViz and Foxglove: arrows at the tip, and the instantaneous screw axis."""
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+import math
+from typing import Any
+
+from builtin_interfaces.msg import Duration, Time
+from geometry_msgs.msg import Point, Vector3
+import numpy as np
+from std_msgs.msg import ColorRGBA
+from visualization_msgs.msg import Marker, MarkerArray
+
+from ..screws.body_state import BodyState
+from ..screws.screw import screw_of_twist
+from ..screws.se3 import Array
+
+SECOND = 1_000_000_000
+
+LINEAR_VELOCITY = 0.5          # m of arrow per m/s
+ANGULAR_VELOCITY = 0.2         # m of arrow per rad/s
+LINEAR_ACCELERATION = 0.1      # m of arrow per m/s^2
+ANGULAR_ACCELERATION = 0.05    # m of arrow per rad/s^2
+
+REST = 1e-4
+"""Below this many rad/s and m/s there is no axis to speak of."""
+
+FAR = 100.0
+"""An axis further from the tip than this [m] is that of a translation."""
+
+HALF_AXIS = 0.5                # m
+SHAFT = 0.01                   # m
+
+_COLORS = {
+    'linear_velocity': (0.1, 0.7, 0.2), 'angular_velocity': (0.1, 0.4, 0.9),
+    'linear_acceleration': (0.9, 0.5, 0.1), 'angular_acceleration': (0.8, 0.2, 0.7),
+    'screw_axis': (0.9, 0.9, 0.1), 'pitch': (1.0, 1.0, 1.0)}
+
+
+class MarkerSender:
+    """
+    Publishes the markers of one robot, at a bounded rate.
+
+    Parameters
+    ----------
+    publish : callable
+        Takes a MarkerArray.
+    state : callable
+        From the values of the program to the state of the tip.
+    frame_id : str
+        Name of the base frame in messages.
+    rate : float
+        Highest rate [Hz].
+    lifetime : float
+        Viewers drop the markers after this time without new ones [s].
+
+    """
+
+    def __init__(self, publish: Callable[[MarkerArray], None],
+                 state: Callable[[Sequence[float]], BodyState], frame_id: str, rate: float,
+                 lifetime: float) -> None:
+        self._publish = publish
+        self._state = state
+        self._frame_id = frame_id
+        self._period_ns = round(SECOND / rate)
+        self._lifetime = Duration(sec=int(lifetime), nanosec=int(lifetime % 1 * SECOND))
+        self._last_ns = -self._period_ns
+
+    def send(self, stamp_ns: int, values: Sequence[float]) -> None:
+        """Publish the markers of this instant, unless the last ones are too fresh."""
+        if 0 <= stamp_ns - self._last_ns < self._period_ns:
+            return
+        self._last_ns = stamp_ns
+        markers = markers_of_state(self._state(values))
+        for marker in markers:
+            marker.header.frame_id = self._frame_id
+            marker.header.stamp = Time(sec=stamp_ns // SECOND, nanosec=stamp_ns % SECOND)
+            marker.lifetime = self._lifetime
+        self._publish(MarkerArray(markers=markers))
+
+    def clear(self) -> None:
+        """Delete the markers of this robot."""
+        marker = Marker(action=Marker.DELETEALL)
+        marker.header.frame_id = self._frame_id
+        self._publish(MarkerArray(markers=[marker]))
+
+
+def markers_of_state(state: BodyState) -> list[Marker]:
+    """
+    Return arrows at the tip and the screw axis; what does not apply is deleted.
+
+    Parameters
+    ----------
+    state : BodyState
+        With velocity and acceleration, about any pole, in any axes.
+
+    Returns
+    -------
+    list of Marker
+        In base axes; namespaces are the names of the quantities.
+
+    """
+    state = state.expressed_in('base').about('tip')
+    tip = state.pose[:3, 3]
+    velocity, acceleration = state.classical(1), state.classical(2)
+    return [
+        _arrow('linear_velocity', tip, velocity[3:] * LINEAR_VELOCITY),
+        _arrow('angular_velocity', tip, velocity[:3] * ANGULAR_VELOCITY),
+        _arrow('linear_acceleration', tip, acceleration[3:] * LINEAR_ACCELERATION),
+        _arrow('angular_acceleration', tip, acceleration[:3] * ANGULAR_ACCELERATION),
+        *_screw_axis(tip, velocity)]
+
+
+def _screw_axis(tip: Array, twist: Array) -> Iterable[Marker]:
+    if np.abs(twist).max() < REST:
+        return _deleted('screw_axis'), _deleted('pitch')
+    screw = screw_of_twist(twist)
+    foot = tip + screw.point    # the point of the axis nearest to the tip
+    pitch = float(screw.pitch)
+    if math.isinf(pitch) or float(np.linalg.norm(screw.point)) > FAR:
+        foot, text = tip, 'translation'
+    elif abs(pitch) < 1e-6:
+        text = 'rotation'
+    else:
+        text = f'pitch {pitch:.4g} m/rad'
+    axis = _marker('screw_axis', Marker.LINE_LIST)
+    axis.points = [_point(foot - HALF_AXIS * screw.axis), _point(foot + HALF_AXIS * screw.axis)]
+    axis.scale = Vector3(x=SHAFT / 2)
+    label = _marker('pitch', Marker.TEXT_VIEW_FACING)
+    label.pose.position = _point(foot + HALF_AXIS * screw.axis)
+    label.scale = Vector3(z=0.06)
+    label.text = text
+    return axis, label
+
+
+def _arrow(name: str, start: Array, vector: Array) -> Marker:
+    if not np.abs(vector).max() > 1e-6:
+        return _deleted(name)
+    marker = _marker(name, Marker.ARROW)
+    marker.points = [_point(start), _point(start + vector)]
+    marker.scale = Vector3(x=SHAFT, y=2 * SHAFT, z=3 * SHAFT)
+    return marker
+
+
+def _marker(name: str, kind: int) -> Marker:
+    red, green, blue = _COLORS[name]
+    marker = Marker(ns=name, type=kind, action=Marker.ADD,
+                    color=ColorRGBA(r=red, g=green, b=blue, a=1.0))
+    marker.pose.orientation.w = 1.0
+    return marker
+
+
+def _deleted(name: str) -> Marker:
+    return Marker(ns=name, action=Marker.DELETE)
+
+
+def _point(p: Array) -> Any:
+    x, y, z = p.tolist()
+    return Point(x=x, y=y, z=z)

@@ -1,0 +1,257 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The node: from joint states to the kinematic states of any number of robots."""
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+from diagnostic_msgs.msg import DiagnosticArray
+from rcl_interfaces.msg import SetParametersResult
+from rclpy.clock import Clock, ClockType, JumpThreshold, TimeJump
+from rclpy.duration import Duration
+from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
+from rclpy.parameter import Parameter
+from rclpy.parameter_service import ParameterService
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from std_msgs.msg import String
+
+from .diagnostics import Diagnostics
+from .grouping import by_topic
+from .joint_input import JointInput
+from .parameters import as_values, NodeParameters
+from .robot import Robot
+from .worker import Background
+from ..errors import ParameterError, ScrewKinematicsError
+
+HOUSEKEEPING_PERIOD = 0.1
+
+HOW_TO_CONFIGURE = (
+    'names of robots, and a description for each, for example: --ros-args -p robots:=[arm] '
+    '-p arm.description:=package://screw_kinematics/config/robots/puma560.yaml; or a file of '
+    'parameters such as share/screw_kinematics/config/kinematic_states.yaml, which must be for '
+    'this very node, or /**')
+
+
+class KinematicStatePublisher(LifecycleNode):
+    """
+    Publishes twist, acceleration and more of end effectors, from joint states.
+
+    A managed node: it reads its parameters and models when it is configured, and listens
+    to joint states while it is active.
+
+    Parameters
+    ----------
+    **options
+        As for ``rclpy.node.Node``.
+
+    Raises
+    ------
+    ScrewKinematicsError
+        With ``autostart``, if it cannot be configured.
+
+    """
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__('kinematic_state_publisher', start_parameter_services=False, **options)
+        self.robots: dict[str, Robot] = {}
+        self.inputs: dict[str, JointInput] = {}
+        self.failure: ScrewKinematicsError | None = None
+        self.unknown_parameters: list[str] = []
+        self.state = 'unconfigured'
+        self._descriptions: list[Any] = []
+        self._background = Background()
+        self._plans: dict[str, tuple[Any, Any]] = {}
+        self._steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self._diagnostics = Diagnostics()
+        try:
+            self._start()
+        except ScrewKinematicsError:
+            self.destroy_node()
+            raise
+
+    def _start(self) -> None:
+        self._settings = NodeParameters(self)
+        settings = self._settings.node_settings()
+        if settings.allow_remote_parameters:
+            self._remote_parameters = ParameterService(self)
+        self._report = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
+        self._jumps = self.get_clock().create_jump_callback(
+            JumpThreshold(min_forward=None, min_backward=Duration(nanoseconds=-1)),
+            post_callback=self._clock_jumped)
+        self.create_timer(HOUSEKEEPING_PERIOD, self._keep_house, clock=self._steady)
+        self._report_timer = self.create_timer(1.0, self._publish_diagnostics, clock=self._steady)
+        self._set_report_rate(settings.diagnostics_rate)
+        self.add_on_set_parameters_callback(self._check_parameters)
+        self.add_post_set_parameters_callback(self._parameters_changed)
+        for name in settings.robots:
+            self._settings.declare_robot(name)
+        self._starting = settings.autostart
+        if settings.autostart:
+            for transition in (self.trigger_configure, self.trigger_activate):
+                transition()
+                if self.failure is not None:
+                    raise self.failure
+            self._starting = False
+
+    # Life cycle
+
+    def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Read parameters and models; create the topics."""
+        return self._attempt(self._configure, self._clean_up, 'inactive')
+
+    def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Begin to listen to joint states."""
+        return self._attempt(self._listen, self._ignore, 'active')
+
+    def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Listen to joint states no more."""
+        self._ignore()
+        for robot in self.robots.values():
+            robot.reset()
+        self.state = 'inactive'
+        return super().on_deactivate(state)
+
+    def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Remove the topics and forget the models."""
+        self._clean_up()
+        self.state = 'unconfigured'
+        return super().on_cleanup(state)
+
+    def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Remove the topics, for good."""
+        self._clean_up()
+        self.state = 'finalized'
+        return super().on_shutdown(state)
+
+    def destroy_node(self) -> None:
+        """Stop the background work too."""
+        self._background.close()
+        super().destroy_node()
+
+    def _attempt(self, action: Callable[[], None], undo: Callable[[], None], state: str,
+                 ) -> TransitionCallbackReturn:
+        """Do what a transition asks for, or tell what was in the way and undo it."""
+        self.failure = None
+        try:
+            action()
+        except Exception as error:      # rclpy would end the transition without a word
+            self.failure = error if isinstance(error, ScrewKinematicsError) else (
+                ScrewKinematicsError(f'{type(error).__name__}: {error}'))
+            if not self._starting:      # else it is raised, for one line in all
+                self.get_logger().error(f'cannot become {state}: {self.failure}')
+            undo()
+            return TransitionCallbackReturn.FAILURE
+        self.state = state
+        return TransitionCallbackReturn.SUCCESS
+
+    def _configure(self) -> None:
+        settings = self._settings.node_settings()
+        if not settings.robots:
+            misspelt = [s for s in self._settings.unknown() if 'did you mean' in s]
+            raise ParameterError('robots', [], '; '.join([HOW_TO_CONFIGURE, *misspelt]))
+        for name in settings.robots:
+            self._settings.declare_robot(name)
+        every = [self._settings.robot_settings(name) for name in settings.robots]
+        for robot_settings in every:
+            robot = Robot(self, robot_settings, self._background)
+            self.robots[robot.name] = robot
+            if robot_settings.description:
+                robot.load_given()
+        robots = self.robots.values()
+        for topic, listeners in by_topic(
+                self, robots, 'joint_states_topic',
+                lambda r: r.settings.joint_states_topic).items():
+            self.inputs[topic] = JointInput(self, topic, [robot.take for robot in listeners])
+        undescribed = [r for r in robots if not r.settings.description]
+        for topic, listeners in by_topic(
+                self, undescribed, 'description_topic',
+                lambda r: [r.settings.description_topic]).items():
+            self._descriptions.append(self.create_subscription(
+                String, topic, partial(_described, listeners),
+                QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)))
+        for robot in robots:
+            self.get_logger().info(f'{robot.name}: ' + (
+                f'waiting for a description on {robot.settings.description_topic!r}'
+                if robot.model is None else repr(robot.model)))
+
+    def _listen(self) -> None:
+        for joint_input in self.inputs.values():
+            joint_input.listen()
+        # Only now all parameters exist, those of the subscriptions' quality of service too.
+        self.unknown_parameters = self._settings.unknown()
+        for sentence in self.unknown_parameters:
+            self.get_logger().warning(sentence)
+
+    def _ignore(self) -> None:
+        for joint_input in self.inputs.values():
+            joint_input.ignore()
+
+    def _clean_up(self) -> None:
+        for subscription in self._descriptions:
+            self.destroy_subscription(subscription)
+        self._descriptions.clear()
+        self._ignore()
+        self.inputs.clear()
+        for robot in self.robots.values():
+            robot.close()
+        self.robots.clear()
+        # The robots of the next configuration count from zero.
+        self._diagnostics = Diagnostics()
+
+    # At low rate
+
+    def _keep_house(self) -> None:
+        self._background.collect()
+        now = self.get_clock().now().nanoseconds * 1e-9
+        for robot in self.robots.values():
+            robot.look_around(now)
+        self._diagnostics.log_refusals(self)
+
+    def _publish_diagnostics(self) -> None:
+        self._report.publish(self._diagnostics.report(self))
+
+    def _set_report_rate(self, rate: float) -> None:
+        if rate > 0:
+            self._report_timer.timer_period_ns = round(1e9 / rate)
+            self._report_timer.reset()
+        else:
+            self._report_timer.cancel()
+
+    def _clock_jumped(self, jump: TimeJump) -> None:
+        for robot in self.robots.values():
+            robot.reset()
+
+    # Parameters
+
+    def _check_parameters(self, parameters: list[Parameter]) -> SetParametersResult:
+        values = as_values(parameters)
+        self._plans = {}
+        try:
+            self._settings.check_changeable(values, configured=bool(self.robots))
+            for name, value in values.items():
+                self._settings.check_value(name, value)
+            for name, robot in self.robots.items():
+                if any(changed.startswith(f'{name}.') for changed in values):
+                    settings = self._settings.robot_settings(name, values)
+                    self._plans[name] = settings, robot.prepare(settings)
+        except ScrewKinematicsError as error:
+            return SetParametersResult(successful=False, reason=str(error))
+        return SetParametersResult(successful=True)
+
+    def _parameters_changed(self, parameters: list[Parameter]) -> None:
+        changed = as_values(parameters)
+        if 'robots' in changed:     # so that the parameters of new robots can be set, too
+            for name in self._settings.node_settings().robots:
+                self._settings.declare_robot(name)
+        plans, self._plans = self._plans, {}
+        for name, (settings, model) in plans.items():
+            self.robots[name].apply(settings, model)
+        if 'diagnostics_rate' in changed:
+            self._set_report_rate(self._settings.node_settings().diagnostics_rate)
+
+
+def _described(robots: list[Robot], message: String) -> None:
+    for robot in robots:
+        robot.load_text(message.data)

@@ -1,0 +1,128 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The parameters of the node: declared, read, checked as a whole before they change."""
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from difflib import get_close_matches
+from typing import Any
+
+from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+
+from ..errors import ParameterError
+from ..pipeline.settings import NODE, NodeSettings, ROBOT, RobotSettings, Setting
+
+_FIXED = {
+    '': 'May change at any time.',
+    'configured': 'May change only while the node is unconfigured.',
+    'started': 'Set at start only.',
+}
+
+
+class NodeParameters:
+    """
+    The parameters of one node.
+
+    Parameters
+    ----------
+    node : rclpy.node.Node
+        Parameters are declared on it.
+
+    """
+
+    def __init__(self, node: Node) -> None:
+        self._node = node
+        self._declared: dict[str, Setting] = {}
+        for setting in NODE:
+            self._declare('', setting)
+
+    def node_settings(self, changes: Mapping[str, Any] | None = None) -> NodeSettings:
+        """
+        Return the settings of the node, as they would be with some changes.
+
+        Raises
+        ------
+        ParameterError
+            A value is not allowed.
+
+        """
+        return NodeSettings.read(self._values('', NODE, changes or {}))
+
+    def robot_settings(self, robot: str, changes: Mapping[str, Any] | None = None,
+                       ) -> RobotSettings:
+        """
+        Return the settings of one robot, as they would be with some changes.
+
+        Raises
+        ------
+        ParameterError
+            A value is not allowed, alone or with the others.
+
+        """
+        return RobotSettings.read(robot, self._values(f'{robot}.', ROBOT, changes or {}))
+
+    def declare_robot(self, robot: str) -> None:
+        """Declare the parameters of a robot, unless they are."""
+        for setting in ROBOT:
+            if f'{robot}.{setting.name}' not in self._declared:
+                self._declare(f'{robot}.', setting)
+
+    def check_changeable(self, names: Iterable[str], configured: bool) -> None:
+        """Raise ParameterError if one of the parameters cannot change in this state."""
+        for name in names:
+            setting = self._declared.get(name)
+            if setting is None:
+                continue
+            if setting.fixed == 'configured' and configured:
+                raise ParameterError(
+                    name, self._node.get_parameter(name).value,
+                    'this value, until the node is unconfigured (lifecycle: deactivate, cleanup)')
+
+    def check_value(self, name: str, value: Any) -> None:
+        """Raise ParameterError if the value alone is not allowed."""
+        setting = self._declared.get(name)
+        if setting is not None:
+            setting.read(value, name.removesuffix(setting.name))
+
+    def unknown(self) -> list[str]:
+        """Return a sentence for each given parameter that does not exist."""
+        # Given to the node by file or argument, and never declared: rclpy ignores these.
+        given = getattr(self._node, '_parameter_overrides', {})
+        known = list(self._declared)
+        sentences = []
+        for name in sorted(given):
+            if not self._node.has_parameter(name):
+                similar = get_close_matches(name, known, 1, 0.5)
+                hint = f'; did you mean {similar[0]!r}?' if similar else ''
+                sentences.append(f'parameter {name!r} does not exist{hint}')
+        return sentences
+
+    def _values(self, prefix: str, settings: Iterable[Setting], changes: Mapping[str, Any],
+                ) -> dict[str, Any]:
+        return {
+            s.name: changes[prefix + s.name] if prefix + s.name in changes
+            else self._node.get_parameter(prefix + s.name).value
+            for s in settings}
+
+    def _declare(self, prefix: str, setting: Setting) -> None:
+        descriptor = ParameterDescriptor(
+            description=setting.text, read_only=setting.fixed == 'started',
+            additional_constraints=f'Allowed: {setting.allowed}. {_FIXED[setting.fixed]}',
+            # So that 0 is taken for 0.0, and a wrong type is reported as all wrong values are.
+            dynamic_typing=True)
+        name = prefix + setting.name
+        self._node.declare_parameter(name, setting.default, descriptor)
+        self._declared[name] = setting
+        # Only now: a wrong value that was given must not fail here, with another message, but
+        # where all values are read, and stay visible until it is set right.
+        if setting.span is not None:
+            low, high = setting.span
+            descriptor.floating_point_range = [
+                FloatingPointRange(from_value=low, to_value=high)]
+
+
+def as_values(parameters: Iterable[Parameter]) -> dict[str, Any]:
+    """Return the values of ROS parameters by name."""
+    return {p.name: p.value for p in parameters}

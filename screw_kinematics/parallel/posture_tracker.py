@@ -1,0 +1,166 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A parallel manipulator from sample to sample: each posture is found from the last one."""
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from .closed_posture import ClosedPosture
+from .continuation import follow
+from .limbs import Limbs
+from .rates import platform_states
+from .screw_system import ScrewSystem
+from .traced_newton import Found, Moving, NearbySteps
+from ..errors import ScrewKinematicsError
+from ..screws.se3 import Array
+
+THOROUGH, BRIEF = (40, 8, 1e-3), (1, 4, 1.0)
+"""Effort of a search: parts of the way, Newton steps in each, smallest part."""
+PATIENT, SELDOM = 16, 8
+"""After so many samples without a posture in a row, only every so many-th is searched for."""
+
+
+class Solved(NamedTuple):
+    """What is known at a sample, flat; the Jacobian only if it was asked for."""
+
+    pose: Sequence[float]
+    states: Sequence[float]
+    jacobian: Sequence[float]
+    passive: Sequence[float]
+    passive_rates: Sequence[float]
+
+
+class Stream:
+    """
+    The posture of a manipulator, going on from sample to sample.
+
+    Samples near the last one take traced Newton steps; what these do not certainly find
+    is searched for on the way from the last good posture, then from home.
+
+    Parameters
+    ----------
+    limbs : Limbs
+    home : ClosedPosture
+    closed : float
+        Largest misfit of a closed loop.
+    order : int
+        Highest time derivative.
+    with_jacobian : bool
+    backend : {'python', 'numba'}
+
+    """
+
+    def __init__(self, limbs: Limbs, home: ClosedPosture, closed: float, order: int,
+                 with_jacobian: bool, backend: str) -> None:
+        self._limbs, self._home, self._closed = limbs, home, closed
+        self._order, self._with_jacobian = order, with_jacobian
+        ranks = home.system.ranks
+        joints = np.bincount(limbs.slot_of[0], minlength=len(limbs.chains))
+        # Limbs with dependent passive screws (a leg free to spin) are not traced.
+        self._nearby = None if np.any(ranks.kept.sum(axis=1) < joints) else NearbySteps(
+            limbs, ranks, order, with_jacobian, backend, closed)
+        self._found: Found | None = None
+        self._moving = Moving((), (), (), ())
+        self._refusal: ScrewKinematicsError | None = None
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget the stream: the next sample is found from the home posture."""
+        self.posture = self._home
+        self._failures = 0
+
+    def warm_up(self) -> None:
+        """Compile now what would otherwise be compiled on the first call."""
+        if self._nearby is not None:
+            self._nearby.warm_up()
+
+    @property
+    def posture(self) -> ClosedPosture:
+        """Return the last good posture."""
+        if self._found is not None:
+            self._posture, self._found = self._as_posture(self._found), None
+        return self._posture
+
+    @posture.setter
+    def posture(self, posture: ClosedPosture) -> None:
+        self._posture, self._found = posture, None
+        self._set_moving(posture, (), ())
+
+    def advance(self, values: Sequence[float]) -> Solved:
+        """
+        Go on to a sample.
+
+        Parameters
+        ----------
+        values : sequence of float
+            Of the actuated joints: positions, velocities, ... up to the order.
+
+        Raises
+        ------
+        ClosureError, AssemblyModeError, SingularityError
+            There is no way to this sample.
+
+        """
+        if self._nearby is not None:
+            found = self._nearby.find(self._moving, values)
+            if found is not None:
+                self._found, self._moving, self._failures = found, found.moving, 0
+                return Solved(found.pose, found.states, found.jacobian,
+                              found.moving.joints[len(self._limbs.actuated):],
+                              found.moving.passive_rates if self._order else ())
+        motion = np.array(values, dtype=float).reshape(self._order + 1, -1)
+        posture = self._search(motion[0])
+        states, passive = platform_states(self._limbs, posture, list(motion[1:]))
+        rates = [x for values in passive for x in values.tolist()]
+        self._posture, self._found = posture, None
+        self._set_moving(posture, motion[1:].ravel().tolist(), rates)
+        pose = posture.pose
+        return Solved(
+            [*pose[:3, 3].tolist(), *pose[:3, :3].ravel().tolist()],
+            [x for state in states for x in state.tolist()],
+            posture.system.jacobian.ravel().tolist() if self._with_jacobian else (),
+            posture.passive.tolist(), rates)
+
+    def _set_moving(self, posture: ClosedPosture, speeds: Sequence[float],
+                    rates: Sequence[float]) -> None:
+        if self._nearby is not None:
+            self._moving = Moving(posture.joints.tolist(), self._nearby.memory(posture),
+                                  speeds, rates)
+
+    def _as_posture(self, found: Found) -> ClosedPosture:
+        """Return a posture found nearby, with its screws; the working mode is as before."""
+        joints = np.array(found.moving.joints)
+        _, _, screws = self._limbs.kinematics(found.moving.joints)
+        pose = np.eye(4)
+        pose[:3, 3], pose[:3, :3] = found.pose[:3], np.reshape(found.pose[3:], (3, 3))
+        n = len(self._limbs.actuated)
+        return ClosedPosture(
+            joints[:n], joints[n:], pose,
+            ScrewSystem(screws, self._limbs.length, self._home.system.ranks),
+            np.sqrt(found.squared_misfit), found.iterations, self._posture.working_mode)
+
+    def _search(self, q: Array) -> ClosedPosture:
+        """Return the posture of a sample: from the last one, else from home."""
+        # A search in vain takes long: while samples fail it is made ever more rarely.
+        n = self._failures
+        self._failures += 1
+        if n > PATIENT and n % SELDOM and self._refusal is not None:
+            raise self._refusal.with_traceback(None)
+        effort, starts = BRIEF, [self.posture]
+        if n & (n - 1) == 0 or n % 512 == 0:
+            effort, starts = THOROUGH, [self.posture, self._home]
+            if n:           # by turns, which costs half
+                starts = starts[n.bit_length() % 2:][:1]
+        for start in starts:
+            try:
+                posture = follow(self._limbs, start, q, self._closed, *effort)
+            except ScrewKinematicsError as error:
+                self._refusal = error
+            else:
+                self._failures = 0
+                return posture
+        assert self._refusal is not None
+        raise self._refusal

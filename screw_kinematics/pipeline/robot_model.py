@@ -1,0 +1,74 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""From the settings of a robot to its model."""
+from __future__ import annotations
+
+from typing import Any
+
+from .settings import RobotSettings
+from .. import models
+from ..errors import ModelError, ParameterError
+from ..screws.placement import pose, rotation_rpy
+
+
+def build_model(settings: RobotSettings, text: str | None = None) -> Any:
+    """
+    Return the model of a robot, with its tool.
+
+    Parameters
+    ----------
+    settings : RobotSettings
+        Say where the description is, and which frames and tool are meant.
+    text : str, optional
+        URDF from the description topic; by default the ``description`` is followed.
+
+    Returns
+    -------
+    SerialChain or another model with ``joint_names`` and ``compile``
+
+    Raises
+    ------
+    ModelError
+        The description is not usable; the message names where it comes from.
+
+    """
+    frames = settings.base_frame or None, settings.tip_frame or None
+    given = settings.description
+    model: Any
+    if text is not None:
+        model = models.load_urdf(text, *frames, source=f'topic {settings.description_topic!r}')
+    elif given.lstrip().startswith('<'):
+        model = models.load_urdf(given, *frames,
+                                 source=f"parameter '{settings.name}.description'")
+    else:
+        model = models.load(given, *frames)
+    if not model.joint_names:
+        raise ModelError(
+            model.name, 'no joint moves between the frames '
+            f'{model.base_frame!r} and {model.tip_frame!r}')
+    check_outputs(settings, model)
+    if settings.has_tool:
+        if not hasattr(model, 'with_tool'):
+            raise ModelError(
+                model.name, 'tool_offset: this kind of model takes its tool '
+                'from the model file only')
+        offset = settings.tool_offset
+        model = model.with_tool(
+            pose(rotation_rpy(*offset[3:]), offset[:3]), f'{model.tip_frame}_tool')
+    return model
+
+
+def check_outputs(settings: RobotSettings, model: Any) -> None:
+    """Raise ParameterError if the model cannot give the outputs asked for."""
+    if 'passive_joint_states' in settings.outputs and not hasattr(model, 'passive_joint_names'):
+        raise ParameterError(
+            f'{settings.name}.outputs', list(settings.outputs),
+            f'passive_joint_states for parallel robots only, which {model!r} is not')
+
+
+def continuous_joints(model: Any) -> list[bool]:
+    """Return for each measured joint of a model whether its position may wrap at 2 pi."""
+    # A measured joint's own kind counts; a follower's only where its source is elsewhere.
+    joints = sorted(getattr(model, 'joints', ()), key=lambda joint: joint.mimic is None)
+    kinds = {joint.source: joint.kind for joint in joints}
+    return [kinds.get(name) == 'continuous' for name in model.joint_names]

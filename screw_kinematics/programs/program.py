@@ -1,0 +1,238 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A compiled chain: one call from joint motion to the motion of the tip."""
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from keyword import iskeyword
+from typing import Any
+
+import numpy as np
+
+from .backends import make_backend
+from .c_text import c_header, c_source
+from .instructions import StraightLine
+from .python_text import python_source
+from ..errors import InvalidValueError, ShapeError, UnknownNameError
+from ..screws.se3 import Array
+
+DERIVATIVES = ('q', 'qd', 'qdd', 'qddd', 'qdddd')
+
+MEANINGS = {
+    'q': 'positions [rad, m]',
+    'qd': 'velocities [rad/s, m/s]',
+    **{key: f'{what} [rad/s^{n}, m/s^{n}]' for n, (key, what) in enumerate(
+        zip(DERIVATIVES[2:], ('accelerations', 'jerks', 'snaps')), start=2)},
+    'pose': 'position [m], then rotation from tip to base coordinates, by rows',
+    'twist': 'angular and linear velocity [rad/s, m/s]',
+    'jacobian': 'twist per joint velocity, 6 rows',
+    **{prefix + key: f'{words} {what} [rad/s^{n}, m/s^{n}]'
+       for prefix, words in (('', 'angular and classical linear'), ('reduced_', 'reduced'))
+       for n, (key, what) in enumerate(
+           (('accel', 'acceleration'), ('jerk', 'jerk'), ('snap', 'snap')), start=2)}}
+"""What the arrays are, for comments in source text."""
+
+
+class Program:
+    """
+    The straight-line program of a chain, on a backend.
+
+    Made by ``chain.compile(...)``. Six-vectors are angular first, SI units.
+
+    Parameters
+    ----------
+    line : StraightLine
+    sizes : mapping from str to int
+        Names of the outputs, in order, and how many numbers each has.
+    joint_names : sequence of str
+        Measured joints: the order of the entries of q.
+    order : int
+        Highest derivative of q among the inputs.
+    backend : {'auto', 'python', 'numba'}
+        'auto' is 'numba' where Numba is installed.
+    axes, pole : {'base', 'tip'}
+        Whose axes the six-vectors are in, and which point they refer to.
+    base_frame, tip_frame : str
+    input_names : sequence of str, optional
+        What the line reads. Default: q, then qd, ... up to ``order``.
+
+    Attributes
+    ----------
+    inputs : int
+        Numbers that :meth:`evaluate` takes: q, then qd, ... up to ``order``.
+    slices : dict from str to slice
+        Where each output is in the result of :meth:`evaluate`.
+    evaluate : callable
+        From a sequence of ``inputs`` floats to a tuple of floats, all outputs one after
+        the other. NaN goes through; an infinite angle gives NaN with Numba, and in plain
+        Python the ValueError of ``math.sin``.
+    backend : str
+        'python' or 'numba'.
+    workspace : array, shape (inputs + size of all outputs,)
+        Inputs, and behind them outputs, of ``run()``. With Numba this is the shortest
+        way, as nothing is converted. One thread at a time, which holds for ``evaluate``
+        with Numba too.
+    run : callable
+        Computes the outputs in the workspace from the inputs in it.
+
+    """
+
+    def __init__(self, line: StraightLine, sizes: Mapping[str, int],
+                 joint_names: Sequence[str], order: int, backend: str = 'auto',
+                 axes: str = 'base', pole: str = 'tip', base_frame: str = 'base',
+                 tip_frame: str = 'tool', input_names: Sequence[str] | None = None) -> None:
+        self.line = line
+        self.outputs = tuple(sizes)
+        self.joint_names = tuple(joint_names)
+        self.dof = len(self.joint_names)
+        self.order = order
+        self.inputs = (order + 1) * self.dof
+        self.axes, self.pole = axes, pole
+        self.base_frame, self.tip_frame = base_frame, tip_frame
+        ends = np.cumsum([0, *sizes.values()]).tolist()
+        self.slices = {name: slice(a, b) for name, a, b in zip(sizes, ends, ends[1:])}
+        self.input_names = motion_names(self.dof, order) if input_names is None \
+            else tuple(input_names)
+        self._backend = make_backend(backend, line, self.input_names)
+        self.backend = self._backend.name
+        self.evaluate = self._backend.evaluate
+        self.workspace = self._backend.workspace
+        self.run = self._backend.run
+
+    def __repr__(self) -> str:
+        return (f'Program({", ".join(self.outputs)}; {self.dof} joints, axes of the '
+                f'{self.axes}, pole at the {self.pole}, {self.backend})')
+
+    def __call__(self, *motion: Any) -> dict[str, Array]:
+        """
+        Return the outputs for one sample.
+
+        Parameters
+        ----------
+        *motion : array, shape (dof,)
+            q and its derivatives up to at least ``order``.
+
+        Returns
+        -------
+        dict from str to array, shape (size of the output,)
+
+        """
+        parts = self._checked(motion, 1)
+        flat = np.array(self.evaluate(np.concatenate(parts).tolist()))
+        return {name: flat[part] for name, part in self.slices.items()}
+
+    def batch(self, *motion: Any, out: Array | None = None) -> dict[str, Array]:
+        """
+        Return the outputs for many samples.
+
+        Parameters
+        ----------
+        *motion : array, shape (N, dof)
+            q and its derivatives up to at least ``order``.
+        out : array, shape (N, size of all outputs), optional
+            Where the results go; contiguous, float. New memory costs about as much time
+            as the computation.
+
+        Returns
+        -------
+        dict from str to array, shape (N, size of the output)
+            Views of ``out``.
+
+        """
+        parts = self._checked(motion, 2)
+        results = self._results(len(parts[0]), out)
+        self._backend.batch(parts, results)
+        return {name: results[:, part] for name, part in self.slices.items()}
+
+    def source(self, language: str, name: str = 'tip_motion') -> str:
+        """
+        Return the program as source text.
+
+        Parameters
+        ----------
+        language : {'python', 'c', 'c_header'}
+            Python needs only ``math``; C is C99 and needs only ``math.h`` and the header,
+            which belongs into the file ``<name>.h``.
+        name : str
+            Name of the function.
+
+        Raises
+        ------
+        UnknownNameError, InvalidValueError
+            The language is unknown, or the name is no identifier.
+
+        """
+        inputs = {key: self.dof for key in DERIVATIVES[:self.order + 1]}
+        sizes = {key: part.stop - part.start for key, part in self.slices.items()}
+        if language == 'c':
+            return c_source(self.line, name, inputs, sizes)
+        if language == 'c_header':
+            return c_header(name, inputs, sizes, self._comment(name))
+        if language != 'python':
+            raise UnknownNameError('language', language, ('python', 'c', 'c_header'))
+        if not name.isidentifier() or iskeyword(name):
+            raise InvalidValueError(f'{name!r} is no name of a Python function')
+        order = ', '.join(f'{key} ({n})' for key, n in {**inputs, **sizes}.items())
+        text = python_source(self.line, self.input_names, name, self._comment(name)
+                             + f'\n\nFlat sequences, in this order: {order}.')
+        return f'from math import cos, sin, sqrt\n\n\n{text}'
+
+    def _comment(self, name: str) -> str:
+        """Return what the program computes, in words."""
+        rows = [f'{name}: motion of {self.tip_frame} relative to {self.base_frame}. '
+                'SI units.', '', f'Joints: {", ".join(self.joint_names) or "none"}.']
+        rows += [f'{key}: joint {MEANINGS[key]}' for key in DERIVATIVES[:self.order + 1]]
+        rows += [f'{key}: {MEANINGS[key]}' for key in self.outputs]
+        if set(self.outputs) != {'pose'}:
+            rows += ['', f'Six-vectors: angular first, axes of {self._frame(self.axes)}, '
+                     f'reference point at the origin of {self._frame(self.pole)}.']
+        return '\n'.join(rows)
+
+    def _frame(self, which: str) -> str:
+        return self.base_frame if which == 'base' else self.tip_frame
+
+    def warm_up(self) -> None:
+        """Compile now what would otherwise be compiled on the first call."""
+        self._backend.warm_up()
+
+    def continue_from(self, before: Program) -> None:
+        """Do nothing: samples of an open chain are independent; see ParallelProgram."""
+
+    def _results(self, n_samples: int, out: Array | None) -> Array:
+        """Return the array that the results of a batch go to."""
+        shape = (n_samples, len(self.line.outputs))
+        if out is None:
+            return np.empty(shape)
+        if out.shape != shape:
+            raise ShapeError('out', f'{shape}', out.shape)
+        if out.dtype != float or not out.flags.c_contiguous:
+            raise InvalidValueError('out must be a contiguous array of float64, got '
+                                    f'{out.dtype}, strides {out.strides}')
+        return out
+
+    def _checked(self, motion: Sequence[Any], ndim: int) -> list[Array]:
+        needed = DERIVATIVES[:self.order + 1]
+        if len(motion) < len(needed):
+            raise InvalidValueError(
+                f'{self!r} needs {", ".join(needed)}; got {len(motion)} of them')
+        parts = [np.asarray(part, dtype=float) for part in motion[:len(needed)]]
+        expected = ((len(parts[0]),) if ndim == 2 and parts[0].ndim else ()) + (self.dof,)
+        for name, part in zip(needed, parts):
+            if part.ndim != ndim or part.shape != expected:
+                shape = f'({"N, " if ndim == 2 else ""}{self.dof}{"," if ndim == 1 else ""})'
+                raise ShapeError(name, shape + ', all alike', part.shape)
+        return parts
+
+
+def motion_names(dof: int, order: int) -> tuple[str, ...]:
+    """
+    Return names of the numbers q, qd, ... up to a derivative.
+
+    Examples
+    --------
+    >>> motion_names(2, 1)
+    ('q1', 'q2', 'qd1', 'qd2')
+
+    """
+    return tuple(f'{derivative}{k}' for derivative in DERIVATIVES[:order + 1]
+                 for k in range(1, dof + 1))

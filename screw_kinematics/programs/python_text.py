@@ -1,0 +1,69 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The program as one plain Python function of floats: no compiler, nothing to install."""
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import lru_cache
+import math
+
+from .instructions import StraightLine
+from .statements import assignments
+
+Evaluate = Callable[[Sequence[float]], Sequence[float]]
+
+KEPT = 64
+"""Functions kept for programs of the same text: robots that are alike share theirs, which then
+stays in the processor's cache."""
+
+
+def python_source(line: StraightLine, input_names: Sequence[str], name: str = 'evaluate',
+                  docstring: str = '') -> str:
+    """
+    Return the text of a Python function from one sequence to a tuple of floats.
+
+    Parameters
+    ----------
+    line : StraightLine
+        The program.
+    input_names : sequence of str
+        How the entries of the sequence are called in the text.
+    name : str
+        Name of the function.
+    docstring : str
+        Its docstring.
+
+    Examples
+    --------
+    >>> from screw_kinematics.programs.tracing import Graph, straight_line
+    >>> x, y = Graph().inputs(2)
+    >>> print(python_source(straight_line(2, [x.sin() * y + 2]), ['x', 'y']))
+    def evaluate(values, sin=sin, cos=cos, sqrt=sqrt):
+        x, y, = values
+        return y * sin(x) + 2.0,
+    <BLANKLINE>
+
+    """
+    text = assignments(line, input_names)
+    # The functions are defaults, so that the interpreter finds them among the locals.
+    rows = [f'def {name}(values, sin=sin, cos=cos, sqrt=sqrt):']
+    if docstring:
+        docstring = docstring.replace('\\', '\\\\').replace('"', "'")    # names hold anything
+        rows += [*f'    """{docstring}'.replace('\n', '\n    ').splitlines(), '    """']
+    if input_names:
+        rows += [f'    {", ".join(input_names)}, = values']
+    rows += [f'    {target} = {expression}' for target, expression in text.body]
+    rows += [f'    return {", ".join(text.outputs)},']
+    return '\n'.join(rows) + '\n'
+
+
+def python_function(line: StraightLine, input_names: Sequence[str]) -> Evaluate:
+    """Return the program as a function from a sequence of floats to a tuple."""
+    return _function(python_source(line, input_names))
+
+
+@lru_cache(maxsize=KEPT)
+def _function(source: str) -> Evaluate:
+    scope = {'sin': math.sin, 'cos': math.cos, 'sqrt': math.sqrt}
+    exec(compile(source, '<screw_kinematics program>', 'exec'), scope)
+    return scope['evaluate']    # type: ignore[return-value]

@@ -1,0 +1,122 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""How far the node's recorded output is from the states made of the same recording."""
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from .interpolation import interpolate
+from ..messages.state_messages import read_states
+from ..pipeline.outputs import KINDS, RECORDED
+from ..screws.orientation import rotation_from_quaternion
+from ..screws.se3 import Array
+
+
+class Difference:
+    """
+    Differences of one output, summed up block by block.
+
+    Parameters
+    ----------
+    output : str
+        Which output of the node.
+
+    """
+
+    def __init__(self, output: str) -> None:
+        self.output = output
+        self.received = 0
+        self.compared = 0
+        self._squares = np.zeros(2)
+        self._signal = np.zeros(2)
+        self._largest = np.zeros(2)
+        self._messages: list[bytes] = []
+        self._stamps = np.zeros(0, dtype=np.int64)
+        self._values = np.zeros((0, RECORDED[output]))
+
+    def add_message(self, data: bytes) -> None:
+        """Take a recorded message of the node."""
+        self.received += 1
+        self._messages.append(data)
+
+    def add_states(self, stamps: Array, values: Array) -> None:
+        """
+        Take the states of a block, in order.
+
+        Parameters
+        ----------
+        stamps : array of int, shape (N,)
+            Instants [ns].
+        values : array, shape (N, 6) or, for poses, (N, 7)
+            As :func:`read_states` returns them.
+
+        """
+        if self._messages:
+            new_stamps, new_values = read_states(
+                KINDS[self.output].type_name, RECORDED[self.output], self._messages)
+            self._stamps = np.concatenate([self._stamps, new_stamps])
+            self._values = np.concatenate([self._values, new_values])
+            self._messages.clear()
+        if len(stamps) < 4:
+            return
+        inside = (self._stamps >= stamps[0]) & (self._stamps <= stamps[-1])
+        if inside.any():
+            expected = interpolate(stamps, values, self._stamps[inside])
+            self._sum_up(self._values[inside], expected)
+        later = self._stamps > stamps[-1]
+        self._stamps, self._values = self._stamps[later], self._values[later]
+
+    def _sum_up(self, given: Array, expected: Array) -> None:
+        angular, linear = _distances(self.output, given, expected)
+        for i, distance in enumerate((angular, linear)):
+            self._squares[i] += distance @ distance
+            self._largest[i] = max(self._largest[i], distance.max())
+        if self.output != 'pose':
+            self._signal += [(expected[:, :3]**2).sum(), (expected[:, 3:]**2).sum()]
+        self.compared += len(given)
+
+    @property
+    def rms(self) -> Array:
+        """Return the RMS of the angular and of the linear difference."""
+        return np.sqrt(self._squares / max(self.compared, 1))
+
+    @property
+    def largest(self) -> Array:
+        """Return the largest angular and linear difference."""
+        return self._largest
+
+    @property
+    def relative(self) -> Array:
+        """Return the RMS differences as fractions of the RMS of the states themselves."""
+        with np.errstate(invalid='ignore', divide='ignore'):
+            return np.sqrt(self._squares / self._signal)
+
+
+def _distances(output: str, given: Array, expected: Array) -> tuple[Array, Array]:
+    """Return angular and linear distances, shape (N,) each."""
+    if output != 'pose':
+        difference = given - expected
+        return (np.linalg.norm(difference[:, :3], axis=1),
+                np.linalg.norm(difference[:, 3:], axis=1))
+    turn = np.swapaxes(rotation_from_quaternion(given[:, 3:]), 1, 2) @ (
+        rotation_from_quaternion(expected[:, 3:]))
+    # By the skew part, which resolves small angles that the trace does not.
+    skew = np.stack([turn[:, 2, 1] - turn[:, 1, 2], turn[:, 0, 2] - turn[:, 2, 0],
+                     turn[:, 1, 0] - turn[:, 0, 1]], axis=1)
+    trace = np.trace(turn, axis1=1, axis2=2)
+    return (np.arctan2(np.linalg.norm(skew, axis=1), trace - 1),
+            np.linalg.norm(given[:, :3] - expected[:, :3], axis=1))
+
+
+def table(differences: Iterable[tuple[str, Difference]]) -> str:
+    """Return the differences as text: one line for each topic."""
+    rows = [f'{"topic":<24}{"messages":>10}{"compared":>10}'
+            f'{"rms angular":>14}{"rms linear":>14}{"of the signal":>20}']
+    for topic, d in differences:
+        share = '' if d.output == 'pose' or not d.compared else (
+            f'{100 * d.relative[0]:.3g} %, {100 * d.relative[1]:.3g} %')
+        rows.append(f'{topic:<24}{d.received:>10}{d.compared:>10}'
+                    f'{d.rms[0]:>14.3g}{d.rms[1]:>14.3g}{share:>20}')
+    return '\n'.join(rows)

@@ -1,0 +1,41 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Time histories of a tip's states, from wherever they come."""
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from ..screws.se3 import Array
+
+ORDERS = {'twist': 1, 'accel': 2, 'reduced_accel': 2, 'jerk': 3, 'reduced_jerk': 3,
+          'snap': 4, 'reduced_snap': 4}
+QUANTITIES = ('pose', *ORDERS)
+
+
+@dataclass(frozen=True)
+class History:
+    """
+    States of a tip over time.
+
+    Parameters
+    ----------
+    name : str
+        Of the robot and its motion, for titles.
+    base_frame, tip_frame : str
+        Frames; axes are the base's and the reference point is the tip's origin.
+    time : array, shape (N,)
+        In s.
+    values : mapping of str to array
+        'pose' (N, 4, 4); all others (N, 6), angular first, in SI units.
+    start : int
+        Epoch time of ``time`` 0 [ns].
+
+    """
+
+    name: str
+    base_frame: str
+    tip_frame: str
+    time: Array
+    values: Mapping[str, Array]
+    start: int = 0

@@ -1,0 +1,47 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Values between samples."""
+from __future__ import annotations
+
+import numpy as np
+
+from ..screws.se3 import Array
+
+
+def interpolate(instants: Array, values: Array, at: Array) -> Array:
+    """
+    Return values between samples, by the cubic through the four nearest ones.
+
+    Samples themselves are returned as they are.
+
+    Parameters
+    ----------
+    instants : array of int, shape (N,)
+        Increasing [ns]; at least four.
+    values : array, shape (N, k)
+        The samples.
+    at : array of int, shape (M,)
+        Instants from the first to the last sample [ns].
+
+    Returns
+    -------
+    array, shape (M, k)
+
+    Examples
+    --------
+    >>> t = np.array([0, 1, 3, 4, 6])
+    >>> interpolate(t, t[:, None] ** 3.0, np.array([2, 3])).ravel()
+    array([ 8., 27.])
+
+    """
+    before = np.searchsorted(instants, at, side='right') - 1
+    first = np.clip(before - 1, 0, len(instants) - 4)
+    nodes = (instants[first[:, None] + np.arange(4)] - at[:, None]).astype(float)
+    out = np.zeros((len(at), values.shape[1]))
+    for i in range(4):
+        weight = np.ones(len(at))
+        for j in range(4):
+            if j != i:
+                weight *= nodes[:, j] / (nodes[:, j] - nodes[:, i])
+        out += weight[:, None] * values[first + i]
+    return out

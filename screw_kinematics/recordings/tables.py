@@ -1,0 +1,152 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""States as tables, CSV or Parquet: one row per instant, columns named as in messages."""
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+import numpy as np
+
+from .history import History, QUANTITIES
+from ..errors import MissingExtraError, ToolError, UnknownNameError
+from ..screws.orientation import rotation_from_quaternion
+from ..screws.se3 import Array
+
+ENDINGS = ('.csv', '.parquet')
+STAMP = 'stamp_ns'
+_XYZ = ('x', 'y', 'z')
+_POSE = (*(f'position.{c}' for c in _XYZ), *(f'orientation.{c}' for c in (*_XYZ, 'w')))
+_SIX = (*(f'angular.{c}' for c in _XYZ), *(f'linear.{c}' for c in _XYZ))
+
+
+def columns(quantity: str) -> list[str]:
+    """
+    Return the names of the columns of a quantity.
+
+    Examples
+    --------
+    >>> columns('twist')[2:4]
+    ['twist.angular.z', 'twist.linear.x']
+
+    """
+    return [f'{quantity}.{part}' for part in (_POSE if quantity == 'pose' else _SIX)]
+
+
+class TableWriter:
+    """
+    Writes states block by block.
+
+    Parameters
+    ----------
+    path : path
+        Ending in .csv or .parquet.
+    quantities : sequence of str
+        In the order of their columns.
+    about : mapping of str to str
+        What the states are of: robot, base_frame, tip_frame. Parquet keeps it.
+
+    """
+
+    def __init__(self, path: Path, quantities: Sequence[str], about: Mapping[str, str]) -> None:
+        self._arrow = _arrow()
+        fields = [(STAMP, self._arrow.int64())]
+        fields += [(name, self._arrow.float64()) for q in quantities for name in columns(q)]
+        self._schema = self._arrow.schema(fields).with_metadata(dict(about))
+        if path.suffix == '.csv':
+            from pyarrow import csv
+            self._writer: Any = csv.CSVWriter(str(path), self._schema)
+        else:
+            from pyarrow import parquet
+            self._writer = parquet.ParquetWriter(str(path), self._schema)
+
+    def __enter__(self) -> TableWriter:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
+                 traceback: TracebackType | None) -> None:
+        self._writer.close()
+
+    def write(self, stamps: Array, values: Sequence[Array]) -> None:
+        """
+        Append rows.
+
+        Parameters
+        ----------
+        stamps : array of int, shape (N,)
+            In ns.
+        values : sequence of array, shape (N, 6) or, for poses, (N, 7)
+            One per quantity: angular first; position and quaternion.
+
+        """
+        arrays = [stamps, *(column for block in values for column in block.T)]
+        self._writer.write_table(self._arrow.table(
+            [np.ascontiguousarray(array) for array in arrays], schema=self._schema))
+
+
+def read_history(path: Path, quantities: Sequence[str]) -> History:
+    """
+    Return states out of a table.
+
+    Parameters
+    ----------
+    path : path
+        Ending in .csv or .parquet.
+    quantities : sequence of str
+        What to read.
+
+    Raises
+    ------
+    UnknownNameError
+        A quantity is not in the table.
+    ToolError
+        The file is no such table.
+
+    """
+    arrow = _arrow()
+    if path.suffix not in ENDINGS:
+        raise ToolError(f'{path}: allowed: a file ending in {" or ".join(ENDINGS)}')
+    try:
+        if path.suffix == '.csv':
+            from pyarrow import csv
+            table = csv.read_csv(str(path))
+        else:
+            from pyarrow import parquet
+            table = parquet.read_table(str(path))
+    except arrow.ArrowInvalid as error:
+        raise ToolError(f'{path}: {str(error).splitlines()[0]}') from None
+    present = set(table.column_names)
+    known = [q for q in QUANTITIES if present.issuperset(columns(q))]
+    if STAMP not in present or table.num_rows == 0:
+        raise ToolError(f'{path}: no column {STAMP!r} with values in it; allowed: a table '
+                        'written by the tool bag')
+    values = {}
+    for quantity in quantities:
+        if quantity not in known:
+            raise UnknownNameError(f'quantity in {path}', quantity, known)
+        block = np.stack([table.column(name).to_numpy() for name in columns(quantity)], axis=1)
+        values[quantity] = _poses(block) if quantity == 'pose' else block
+    stamps = table.column(STAMP).to_numpy()
+    about = {key.decode(): value.decode()
+             for key, value in (table.schema.metadata or {}).items() if b'.' not in key}
+    return History(about.get('robot', path.stem), about.get('base_frame', 'base'),
+                   about.get('tip_frame', 'tip'), (stamps - stamps[0]) * 1e-9, values,
+                   int(stamps[0]))
+
+
+def _poses(block: Array) -> Array:
+    out = np.zeros((len(block), 4, 4))
+    out[:, :3, :3] = rotation_from_quaternion(block[:, 3:])
+    out[:, :3, 3] = block[:, :3]
+    out[:, 3, 3] = 1.0
+    return out
+
+
+def _arrow() -> Any:
+    try:
+        import pyarrow
+    except ImportError:
+        raise MissingExtraError('pyarrow', 'bag', 'reading and writing tables') from None
+    return pyarrow

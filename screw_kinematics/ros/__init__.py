@@ -1,2 +1,0 @@
-# Copyright screw_kinematics contributors
-# SPDX-License-Identifier: Apache-2.0

@@ -1,0 +1,172 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""
+Say what would be wrong: with a robot model, a running system, or a recording.
+
+Exit code 0: no problem; 1: problems were found; 2: the check could not be made.
+"""
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from .delay import recommend
+from .findings import Finding, has_problem, print_findings, PROBLEM
+from .model import report_model
+from .samples import report_streams
+from .. import console, robot_options
+from ...errors import ParameterError, ScrewKinematicsError
+from ...pipeline.parameter_file import read_robots, robot_settings
+from ...pipeline.robot_model import build_model, continuous_joints
+from ...pipeline.settings import RobotSettings
+from ...recordings.joint_streams import JointStream, JointStreams
+from ...recordings.recorded_robots import description_in, full_name, JOINT_STATE
+from ...recordings.recording import Recording
+
+EXAMPLES = """\
+  check model panda.urdf --base panda_link0 --tip panda_hand_tcp
+  check system                                robot_description and joint_states, 10 s
+  check system --params-file kinematic_states.yaml --seconds 20
+  check bag recording --robot config/robots/panda.yaml
+"""
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the tool; see ``check --help``."""
+    options = console.parser('check', __doc__ or '', EXAMPLES)
+    kinds = options.add_subparsers(dest='kind', required=True, metavar='KIND')
+    model = kinds.add_parser('model', help='a robot model')
+    robot_options.add_options(model)
+    model.set_defaults(find=_model)
+    system = kinds.add_parser('system', help='a running system, by what it publishes')
+    system.add_argument('--seconds', type=float, default=10.0,
+                        help='how long to listen (default: 10); let the robot rest and move')
+    system.set_defaults(find=_system)
+    bag = kinds.add_parser('bag', help='the joint states in a recording')
+    bag.add_argument('bag', type=Path, help='directory of a bag, or a .mcap or .db3 file')
+    bag.set_defaults(find=_recording)
+    for with_robots in (system, bag):
+        which = with_robots.add_mutually_exclusive_group()
+        which.add_argument('--params-file', type=Path, metavar='FILE',
+                           help='robots and settings, as the node has them')
+        which.add_argument('--robot', metavar='MODEL',
+                           help='one robot (default: the one on robot_description)')
+        with_robots.add_argument('--base', metavar='FRAME', help='with --robot')
+        with_robots.add_argument('--tip', metavar='FRAME', help='with --robot')
+        with_robots.add_argument('--topic', default='joint_states',
+                                 help='of the joint states, without --params-file')
+        with_robots.add_argument('--namespace', default='', help='of the node (default: none)')
+    return console.run(_check, options, argv)
+
+
+def _check(arguments: argparse.Namespace) -> int:
+    findings: list[Finding] = list(arguments.find(arguments))
+    print_findings(findings)
+    return console.FOUND_PROBLEMS if has_problem(findings) else console.OK
+
+
+def _model(arguments: argparse.Namespace) -> Iterator[Finding]:
+    try:
+        robot = robot_options.load(arguments)
+    except ScrewKinematicsError as error:
+        yield Finding(PROBLEM, str(error))
+        return
+    yield from report_model(robot)
+
+
+def _system(arguments: argparse.Namespace) -> Iterator[Finding]:
+    from .system import listen
+    if not 0 < arguments.seconds <= 3600:
+        raise ParameterError('seconds', arguments.seconds, 'more than 0, at most 3600')
+    settings = _settings(arguments)
+    heard = listen(_topics(settings, arguments.namespace),
+                   {full_name(arguments.namespace, s.description_topic) for s in settings
+                    if not s.description}, arguments.seconds)
+    yield from heard.findings
+    yield from _report(settings, arguments.namespace, heard.streams, heard.descriptions)
+
+
+def _recording(arguments: argparse.Namespace) -> Iterator[Finding]:
+    recording = Recording(arguments.bag)
+    settings = _settings(arguments)
+    streams = {topic: JointStreams() for topic in _topics(settings, arguments.namespace)}
+    for message in recording.messages({JOINT_STATE}):
+        if message.topic in streams:
+            streams[message.topic].add(message.received, message.data)
+    for damage in recording.damage:
+        yield Finding(PROBLEM, f'damaged: {damage}')
+    descriptions = {}
+    for robot in settings:
+        if not robot.description:
+            topic = full_name(arguments.namespace, robot.description_topic)
+            text = description_in(recording, topic)
+            if text is not None:
+                descriptions[topic] = text
+    yield from _report(settings, arguments.namespace, streams, descriptions)
+
+
+def _settings(arguments: argparse.Namespace) -> list[RobotSettings]:
+    if arguments.params_file is not None:
+        return read_robots(arguments.params_file)
+    return [robot_settings('robot', {
+        'description': arguments.robot or '', 'base_frame': arguments.base or '',
+        'tip_frame': arguments.tip or '', 'joint_states_topic': arguments.topic})]
+
+
+def _topics(settings: Sequence[RobotSettings], namespace: str) -> list[str]:
+    return [full_name(namespace, topic) for robot in settings
+            for topic in robot.joint_states_topic]
+
+
+def _report(settings: Sequence[RobotSettings], namespace: str,
+            streams: Mapping[str, JointStreams], descriptions: Mapping[str, str],
+            ) -> Iterator[Finding]:
+    """Yield what is found about each robot: its model, its samples, its settings."""
+    for robot in settings:
+        text = None
+        if not robot.description:
+            topic = full_name(namespace, robot.description_topic)
+            text = descriptions.get(topic)
+            if text is None:
+                yield Finding(PROBLEM, f'{robot.name}: no robot description on {topic}',
+                              'is robot_state_publisher running? else name a model')
+                continue
+        try:
+            model = build_model(robot, text)
+        except ScrewKinematicsError as error:
+            yield Finding(PROBLEM, f'{robot.name}: {error}')
+            continue
+        yield from report_model(model)
+        topics = [full_name(namespace, topic) for topic in robot.joint_states_topic]
+        come = {name for topic in topics for names in streams[topic].streams for name in names}
+        for topic in topics:
+            # What another topic of this robot brings is not missing here.
+            here = {name for names in streams[topic].streams for name in names}
+            wanted = [name for name in model.joint_names if name in here or name not in come]
+            yield from report_streams(topic, streams[topic], wanted)
+            for stream in streams[topic].streams.values():
+                yield from _recommend(topic, stream, model)
+
+
+def _recommend(topic: str, stream: JointStream, model: Any) -> Iterator[Finding]:
+    columns = [i for i, name in enumerate(stream.names) if name in model.joint_names]
+    if not columns or not len(stream):
+        return
+    wraps = dict(zip(model.joint_names, continuous_joints(model)))
+    time = stream.times() if any(stream.stamps) else (
+        (np.array(stream.received) - stream.received[0]) * 1e-9)
+    position, velocity = stream.position()[:, columns], stream.velocity()[:, columns]
+    latest = np.concatenate([[-np.inf], np.maximum.accumulate(time)[:-1]])
+    good = np.isfinite(position).all(axis=1) & (time > latest)
+    measured = velocity[good] if np.isfinite(velocity).any() else None
+    names = [stream.names[i] for i in columns]
+    yield from recommend(topic, names, time[good], position[good], measured,
+                         [wraps[name] for name in names])
+
+
+if __name__ == '__main__':
+    raise SystemExit(main())

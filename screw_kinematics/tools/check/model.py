@@ -1,0 +1,67 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What a robot model means for the node, and what may be wrong with it."""
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from .findings import FACT, Finding, REMARK
+from ...chains.serial_chain import SerialChain
+
+_POSTURES = 20
+
+
+def report_model(robot: Any) -> Iterator[Finding]:
+    """
+    Yield what is found in a model that could be read.
+
+    Parameters
+    ----------
+    robot : SerialChain or ParallelManipulator
+        The model.
+
+    """
+    yield Finding(FACT, f'{robot!r}')
+    kinds = {joint.name: joint.kind for joint in robot.joints}
+    listed = ', '.join(f'{name} ({kinds[name]})' if name in kinds else name
+                       for name in robot.joint_names)
+    yield Finding(FACT, f'measured joints, which must be published: {listed or "none"}')
+    for joint in robot.joints:
+        if joint.mimic is not None:
+            where = '' if joint.mimic.joint in kinds else ', a joint outside the chain'
+            yield Finding(FACT, f'joint {joint.name!r} follows {joint.mimic.joint!r}{where}: '
+                                f'q = {joint.mimic.multiplier:g} q + {joint.mimic.offset:g}')
+    if not robot.joint_names:
+        yield Finding(REMARK, f'no joint moves {robot.tip_frame} relative to '
+                              f'{robot.base_frame}', 'choose other frames')
+        return
+    if isinstance(robot, SerialChain):
+        yield from _report_freedom(robot)
+    program = robot.compile(('pose', 'twist', 'accel'), backend='python')
+    count = getattr(program, 'line', None)
+    if count is not None:
+        yield Finding(FACT, 'pose, twist and acceleration take '
+                            f'{sum(count.count().values())} operations')
+
+
+def _report_freedom(robot: SerialChain) -> Iterator[Finding]:
+    """Say in how many directions the tip moves, and which joints do not move it."""
+    rng = np.random.default_rng(0)
+    postures = rng.uniform(-1.0, 1.0, (_POSTURES, robot.dof))
+    rates = np.eye(robot.dof)
+    jacobians = np.array([[robot.state(q, rate).velocity for rate in rates]
+                          for q in postures])
+    # Lengths by the size of the arm, so that rad and m can be compared.
+    size = max(float(np.abs(jacobians[..., 3:]).max()), 1e-9)
+    jacobians[..., 3:] /= size
+    rank = int(max(np.linalg.matrix_rank(j, tol=1e-9) for j in jacobians))
+    spare = robot.dof - rank
+    yield Finding(FACT, f'{robot.tip_frame} moves in {rank} of 6 directions'
+                        + (f'; {spare} joint(s) to spare' if spare else ''))
+    idle = [name for i, name in enumerate(robot.joint_names)
+            if not np.abs(jacobians[:, i]).max() > 1e-12]
+    if idle:
+        yield Finding(REMARK, f'{", ".join(idle)}: moves nothing')

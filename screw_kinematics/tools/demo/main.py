@@ -1,0 +1,220 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""
+Watch the kinematic state publisher at work, without a robot.
+
+Starts the node and, in another process, a JointState publisher that moves the robot by
+a motion which is known exactly; shows what the node publishes beside the truth.
+"""
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from contextlib import suppress
+import os
+from pathlib import Path
+import re
+import secrets
+import sys
+import time
+from typing import Any
+
+from rich.console import Console
+from rich.live import Live
+
+from .view import comparison, line, LiveTable, View
+from .truth import stamp_of, Truth
+from .. import console, robot_options
+from ..joint_state_source import add_motion_options, checked_rate
+from ..listener import check_names, Listener, require_ros
+from ..processes import Children
+from ...errors import ParameterError, ToolError
+from ...node.stop_request import StopRequest
+
+EXAMPLES = """\
+  demo                                    the PUMA 560 in the paper's motion, 100 Hz
+  demo --once                             one state beside the exact one, then exit
+  demo --motion minjerk --rate 500 --delay 0.02
+  demo --robot panda.urdf --base panda_link0 --tip panda_hand_tcp --motion multisine
+  demo --duration 10 | tee demo.log       plain lines, one a second, for 10 s
+"""
+_PATIENCE = 60.0
+_SETTLING = 1.0
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the tool; see ``demo --help``."""
+    options = console.parser('demo', __doc__ or '', EXAMPLES)
+    robot_options.add_options(options, default=robot_options.PUMA)
+    add_motion_options(options)
+    options.add_argument('--delay', type=float, default=0.0, metavar='SECONDS',
+                         help='honest delay of the estimator: later, but several times '
+                              'more accurate accelerations (default: 0)')
+    options.add_argument('--duration', type=float, metavar='SECONDS',
+                         help='end after this time (default: at Ctrl-C)')
+    options.add_argument('--once', action='store_true',
+                         help='print one state, measured and exact, and exit')
+    # Two demos on one machine would otherwise hear each other's joint states.
+    options.add_argument('--namespace', default=f'demo_{secrets.token_hex(3)}',
+                         help='ROS namespace of the demo (default: one of its own)')
+    return console.run(demonstrate, options, argv)
+
+
+def demonstrate(arguments: argparse.Namespace) -> int:
+    """
+    Start node and joint states, show states, end both.
+
+    Raises
+    ------
+    ToolError
+        A process ended by itself, or no state came within a minute.
+
+    """
+    require_ros()
+    if not 0 <= arguments.delay <= 1:
+        raise ParameterError('delay', arguments.delay, '0 to 1 s')
+    checked_rate(arguments.rate)
+    check_names(arguments.namespace, ())
+    # The demo talks to itself: nothing of it should reach the robots of the network.
+    os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
+    robot = robot_options.load(arguments)
+    name = re.sub('[^A-Za-z0-9_]', '_', robot.name).strip('_')
+    if not name[:1].isalpha():
+        name = f'robot_{name}'.rstrip('_')
+    truth = Truth(robot, robot_options.motion(robot, arguments.motion), time.time_ns())
+    with StopRequest() as stop, Children() as children:
+        children.start('the node', 'screw_kinematics.node.main', _node(arguments, name))
+        children.start('the joint state publisher',
+                       'screw_kinematics.tools.joint_state_source',
+                       _source(arguments, truth.start))
+        with _Watch(arguments, name, truth, children, stop) as watch:
+            watch.wait_for_states()
+            if arguments.once:
+                watch.show_one()
+            else:
+                watch.show_all()
+    return console.OK
+
+
+def _node(arguments: argparse.Namespace, name: str) -> list[str]:
+    """Return the command line of the node."""
+    parameters: dict[str, Any] = {
+        'robots': f'[{name}]',
+        f'{name}.description': _absolute(arguments.robot),
+        f'{name}.outputs': '[pose, twist, accel]',
+        f'{name}.estimator.delay': float(arguments.delay),
+    }
+    if arguments.base:
+        parameters[f'{name}.base_frame'] = arguments.base
+    if arguments.tip:
+        parameters[f'{name}.tip_frame'] = arguments.tip
+    out = ['--ros-args', '-r', f'__ns:=/{arguments.namespace}']
+    for key, value in parameters.items():
+        out += ['-p', f'{key}:={value}']
+    return out
+
+
+def _source(arguments: argparse.Namespace, start: int) -> list[str]:
+    """Return the command line of the joint state publisher."""
+    out = [f'--robot={arguments.robot}', f'--motion={arguments.motion}',
+           f'--rate={arguments.rate}', f'--start={start}',
+           f'--namespace=/{arguments.namespace}']
+    if arguments.base:
+        out.append(f'--base={arguments.base}')
+    if arguments.tip:
+        out.append(f'--tip={arguments.tip}')
+    return out
+
+
+def _absolute(model: str) -> str:
+    return model if '://' in model else str(Path(model).absolute())
+
+
+class _Watch:
+    """The part of the demo that listens and shows."""
+
+    def __init__(self, arguments: argparse.Namespace, name: str, truth: Truth,
+                 children: Children, stop: StopRequest) -> None:
+        from geometry_msgs.msg import AccelStamped, PoseStamped, TwistStamped
+        from sensor_msgs.msg import JointState
+        self._arguments = arguments
+        self._truth = truth
+        self._children = children
+        self._stop = stop
+        self._outputs = [f'{name}/{output}' for output in ('pose', 'twist', 'accel')]
+        kinds = dict(zip(self._outputs, (PoseStamped, TwistStamped, AccelStamped)))
+        self._listener = Listener({'joint_states': JointState, **kinds}, 'demo',
+                                  f'/{arguments.namespace}')
+        self._terminal = Console(highlight=False)
+        base, tip = truth.robot.base_frame, truth.robot.tip_frame
+        self._title = f'/{arguments.namespace}/{name}, motion {arguments.motion}'
+        self._frames = (f'motion of {tip} relative to {base}; axes of {base}; '
+                        f'reference point: origin of {tip}')
+
+    def __enter__(self) -> _Watch:
+        self._listener.__enter__()
+        return self
+
+    def __exit__(self, *error: Any) -> None:
+        self._listener.__exit__(*error)
+
+    def wait_for_states(self) -> None:
+        """Wait until every output has come at least once."""
+        end = time.monotonic() + _PATIENCE
+        streams = self._listener.streams
+        while not all(stream.count for stream in streams.values()):
+            self._listen(0.1)
+            if time.monotonic() > end:
+                silent = ', '.join(topic for topic, s in streams.items() if not s.count)
+                raise ToolError(f'no message within {_PATIENCE:.0f} s on: {silent}')
+
+    def show_one(self) -> None:
+        """Print one state beside the exact one, after the estimator has settled."""
+        end = time.monotonic() + _SETTLING + self._arguments.delay
+        while time.monotonic() < end:
+            self._listen(0.1)
+        print(comparison(self._view()))
+
+    def show_all(self) -> None:
+        """Show states until the duration is over or a signal comes."""
+        duration = self._arguments.duration
+        end = time.monotonic() + duration if duration is not None else float('inf')
+        interactive = self._terminal.is_terminal
+        # Ctrl-C is how a live view is left; before there is one it is an interruption.
+        with Live(console=self._terminal, auto_refresh=False) as live, \
+                suppress(KeyboardInterrupt):
+            while (left := end - time.monotonic()) > 0:
+                self._listen(min(0.1 if interactive else 1.0, left))
+                view = self._view()
+                if interactive:
+                    live.update(LiveTable(view), refresh=True)
+                else:
+                    print(line(view), flush=True)
+
+    def _listen(self, seconds: float) -> None:
+        """Receive messages for a while; raise if asked to stop or if a process ended."""
+        self._listener.listen(seconds)
+        if self._stop.made:
+            raise KeyboardInterrupt
+        self._children.check()
+
+    def _view(self) -> View:
+        pose, twist, accel = self._matching()
+        stamp = stamp_of(twist)
+        return View(
+            self._title, self._frames, self._truth.elapsed(stamp),
+            self._truth.rows(stamp, pose.pose, twist.twist, accel.accel),
+            {topic: stream.rate() for topic, stream in self._listener.streams.items()},
+            (time.time_ns() - stamp) * 1e-9, self._arguments.delay)
+
+    def _matching(self) -> list[Any]:
+        """Return the newest pose, twist and acceleration of one stamp."""
+        while True:
+            newest = [self._listener.streams[topic].message() for topic in self._outputs]
+            if len({stamp_of(message) for message in newest}) == 1:
+                return newest
+            self._listen(0.001)
+
+
+if __name__ == '__main__':
+    sys.exit(main())

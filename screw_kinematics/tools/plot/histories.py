@@ -1,0 +1,159 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Figures of time histories: what is drawn, in which units, under which title."""
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from ..reference_motions import ReferenceMotion
+from ...errors import MissingExtraError, UnknownNameError
+from ...recordings.history import History, ORDERS, QUANTITIES
+from ...screws.orientation import roll_pitch_yaw
+from ...screws.se3 import Array
+
+# Blue, vermilion and green that stay apart for colour-blind eyes (Okabe and Ito).
+COLOURS = ('#0072B2', '#D55E00', '#009E73')
+_ANGULAR = ('', 'angular velocity w', 'angular acceleration', 'angular jerk', 'angular snap')
+_LINEAR = ('', 'linear velocity v', 'acceleration a', 'jerk j', 'snap s')
+_REDUCED = ('', '', 'reduced acceleration a - w x v', 'reduced jerk, dual part',
+            'reduced snap, dual part')
+_PER_SECOND = ('', '/s', '/s²', '/s³', '/s⁴')
+
+
+def pyplot() -> Any:
+    """
+    Return matplotlib's pyplot.
+
+    Raises
+    ------
+    MissingExtraError
+        Matplotlib is not installed.
+
+    """
+    try:
+        from matplotlib import pyplot as plt
+    except ImportError:
+        raise MissingExtraError('matplotlib', 'plot', 'drawing') from None
+    # The same picture on every machine.
+    plt.rcParams.update({'svg.hashsalt': 'screw_kinematics',
+                         'font.size': 9, 'axes.grid': True, 'grid.alpha': 0.3})
+    return plt
+
+
+def motion_history(robot: Any, motion: ReferenceMotion, time: Array, quantities: Sequence[str],
+                   name: str = '') -> History:
+    """
+    Return the exact states of a robot in a reference motion.
+
+    Parameters
+    ----------
+    robot : SerialChain
+        With measured joints as the motion has them.
+    motion : ReferenceMotion
+        Known exactly.
+    time : array, shape (N,)
+        Instants [s].
+    quantities : sequence of str
+        Any of ``QUANTITIES``.
+    name : str
+        For titles.
+
+    Raises
+    ------
+    UnknownNameError
+        A quantity is not one of them.
+
+    """
+    for quantity in quantities:
+        if quantity not in QUANTITIES:
+            raise UnknownNameError('quantity', quantity, QUANTITIES)
+    order = max((ORDERS[q] for q in quantities if q != 'pose'), default=0)
+    state = robot.state(*motion.derivatives(time, order))
+    values = {}
+    for quantity in quantities:
+        if quantity == 'pose':
+            values[quantity] = state.pose
+        elif quantity.startswith('reduced'):
+            values[quantity] = state.reduced[ORDERS[quantity] - 1]
+        else:
+            values[quantity] = state.classical(ORDERS[quantity])
+    return History(name or robot.name, robot.base_frame, robot.tip_frame,
+                   np.asarray(time, dtype=float), values)
+
+
+def draw_history(histories: Sequence[History], millimetres: bool = False) -> Any:
+    """
+    Draw angular and linear parts of each quantity against time.
+
+    Parameters
+    ----------
+    histories : sequence of History
+        The first gives the quantities; further ones are drawn over it, dashed, for
+        comparison.
+    millimetres : bool
+        Lengths in mm instead of m.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+
+    """
+    plt = pyplot()
+    first = histories[0]
+    figure, axes = plt.subplots(len(first.values), 2, sharex=True, squeeze=False,
+                                figsize=(9.0, 0.8 + 2.3 * len(first.values)),
+                                layout='constrained')
+    for row, quantity in zip(axes, first.values):
+        titles, units = _labels(quantity, 'mm' if millimetres else 'm')
+        for history, style in zip(histories, ('-', '--', ':')):
+            if quantity not in history.values:
+                continue
+            angular, linear = _parts(quantity, history.values[quantity])
+            for part, scale, axis in zip((angular, linear), (1.0, 1e3 if millimetres else 1.0),
+                                         row):
+                for component, colour, values in zip('xyz', COLOURS, part.T):
+                    axis.plot(history.time, scale * values, style, color=colour,
+                              label=_label(component, history, histories), linewidth=1.3)
+        for axis, title, unit in zip(row, titles, units):
+            axis.set_title(title, fontsize=9)
+            axis.set_ylabel(f'[{unit}]')
+            axis.margins(x=0)
+    one_legend(figure, axes[0, 0])
+    for axis in axes[-1]:
+        axis.set_xlabel('time t [s]')
+    figure.suptitle(f'{first.name}: motion of {first.tip_frame} relative to '
+                    f'{first.base_frame}\naxes of {first.base_frame}, reference point: '
+                    f'origin of {first.tip_frame}', fontsize=10)
+    return figure
+
+
+def one_legend(figure: Any, axis: Any) -> None:
+    """Put the legend of one panel, the same for all, below the figure."""
+    handles, labels = axis.get_legend_handles_labels()
+    figure.legend(handles, labels, loc='outside lower center', ncols=len(handles),
+                  fontsize=9, frameon=False)
+
+
+def _label(component: str, history: History, histories: Sequence[History]) -> str:
+    return component if len(histories) == 1 else f'{component} ({history.name})'
+
+
+def _labels(quantity: str, length: str) -> tuple[tuple[str, str], tuple[str, str]]:
+    """Return titles and units of the two panels of a quantity."""
+    if quantity == 'pose':
+        return ('orientation (x: roll, y: pitch, z: yaw)', 'position p'), ('deg', length)
+    order = ORDERS[quantity]
+    linear = _REDUCED if quantity.startswith('reduced') else _LINEAR
+    return ((_ANGULAR[order], linear[order]),
+            ('rad' + _PER_SECOND[order], length + _PER_SECOND[order]))
+
+
+def _parts(quantity: str, values: Array) -> tuple[Array, Array]:
+    """Return the angular and the linear part, (N, 3) each."""
+    if quantity != 'pose':
+        return values[:, :3], values[:, 3:]
+    angles = np.unwrap(roll_pitch_yaw(values[:, :3, :3]), axis=0)
+    return np.degrees(angles), values[:, :3, 3]

@@ -1,0 +1,78 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""
+The paper's examples, in their right form.
+
+The planar RPR manipulator in closed form is in ``test_symbolic.py``. Numbers of the PUMA
+robot at t = 0 were found by exact differentiation of the product of its DH matrices.
+"""
+import numpy as np
+import pytest
+
+from screw_kinematics import InverseSolver
+from screw_kinematics.errors import SingularityError
+from screw_kinematics.screws import se3
+from support import exact, robots
+
+PUMA = robots.robot('puma560')
+AMPLITUDES = np.array([0.2, 0.15, 0.25, 0.25, 0.15, 0.3])
+
+
+def puma_motion(t):
+    """Return q_i = 10 deg + A_i sin t and its derivatives to order 4."""
+    s, c = np.sin(t)[..., None], np.cos(t)[..., None]
+    return (np.radians(10) + AMPLITUDES * s, AMPLITUDES * c, -AMPLITUDES * s,
+            -AMPLITUDES * c, AMPLITUDES * s)
+
+
+def test_puma_at_time_zero():
+    state = PUMA.state(*puma_motion(np.array(0.0)))
+    mm = [1, 1, 1, 1e-3, 1e-3, 1e-3]
+    np.testing.assert_allclose(state.pose[:3, 3],
+                               np.array([548.088474, 244.677917, 387.685932]) * 1e-3,
+                               rtol=0, atol=1e-9)
+    np.testing.assert_allclose(
+        state.velocity,
+        np.array([.110409, .584824, .703910, 128.262094, 144.769510, -130.620410]) * mm,
+        rtol=0, atol=1e-6)
+    np.testing.assert_allclose(state.velocity[3:] * 1e3,
+                               [128.262094, 144.769510, -130.620410], rtol=0, atol=1e-6)
+    np.testing.assert_allclose(state.classical(2)[3:] * 1e3,
+                               [-75.851720, 58.070508, -78.416507], rtol=0, atol=1e-6)
+    np.testing.assert_allclose(state.acceleration[3:] * 1e3,
+                               [102.442998, -46.636100, -19.389517], rtol=0, atol=1e-6)
+
+
+@pytest.mark.parametrize('t', np.linspace(0, 2 * np.pi, 7))
+def test_puma_over_its_period(t):
+    motion = puma_motion(t)
+    state, expected = PUMA.state(*motion), exact.tip_motion(PUMA, *motion)
+    for n in range(1, 5):
+        np.testing.assert_allclose(state.classical(n), expected.classical[n - 1], rtol=0,
+                                   atol=1e-11 * np.abs(expected.classical[n - 1]).max())
+
+
+@pytest.mark.parametrize('q5', [0.0, 1e-9, 0.4])
+def test_puma_fifth_screw_is_defined_everywhere(q5):
+    """4$5 turns about z4, also at q5 = 0, where the printed quotient is 0 / 0."""
+    q = np.array([0.1, 0.2, 0.3, 0.4, q5, 0.6])
+    T_0_4 = np.eye(4)
+    rows = [(0, 0, -1), (144.09, 431.8, 0), (0, -20.32, 1), (433.07, 0, -1)]
+    for (d, a, alpha), theta in zip(rows, q):
+        x, z = np.zeros((2, 6))
+        z[[2, 5]] = theta, d / 1000
+        x[[0, 3]] = alpha * np.pi / 2, a / 1000
+        T_0_4 = T_0_4 @ se3.exp(z) @ se3.exp(x)
+    screw = PUMA.screws(q, pole='base')[4]
+    np.testing.assert_allclose(screw[:3], T_0_4[:3, 2], rtol=0, atol=1e-12)
+    np.testing.assert_allclose(screw[3:], np.cross(T_0_4[:3, 3], T_0_4[:3, 2]), rtol=0,
+                               atol=1e-12)
+
+
+def test_puma_wrist_singularity_is_named():
+    """At q5 = 0 axes 4 and 6 coincide: the blocked wrench is found and is reciprocal."""
+    q = np.radians([10, 20, 30, 40, 0, 50])
+    with pytest.raises(SingularityError, match='rank 5 .* reciprocal screw') as caught:
+        PUMA.inverse_velocity(q, np.arange(1, 7), solver=InverseSolver(exact=True))
+    np.testing.assert_allclose(se3.klein_form(caught.value.screw, PUMA.screws(q)), 0,
+                               atol=1e-12)

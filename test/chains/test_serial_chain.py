@@ -1,0 +1,155 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Chains against exact differentiation and against Pinocchio."""
+import numpy as np
+import pytest
+
+from screw_kinematics import Joint, Mimic, SerialChain
+from screw_kinematics.errors import InvalidValueError, ShapeError, UnknownNameError
+from screw_kinematics.screws import se3
+from support import exact, robots
+
+GRIPPER = SerialChain([
+    Joint('turn', 'helical', axis=(1, 2, 2), point=(0.1, 0, 0.3), pitch=0.2),
+    Joint('left', 'prismatic', axis=(0, 1, 0)),
+    Joint('right', 'revolute', axis=(0, 1, 1), point=(0, 0, 1), mimic=Mimic('left', -2, 0.5)),
+    Joint('third', 'prismatic', axis=(1, 0, 0), mimic=Mimic('motor', 0.5, 0.1)),
+], np.array([[0, -1, 0, 1], [1, 0, 0, 2], [0, 0, 1, 3], [0, 0, 0, 1]]))
+
+
+def assert_exact(chain, motion):
+    state, expected = chain.state(*motion), exact.tip_motion(chain, *motion)
+    np.testing.assert_allclose(state.pose, expected.pose, rtol=0, atol=1e-12)
+    for n in range(1, len(motion)):
+        for found, exact_value in ((state.reduced[n - 1], expected.reduced[n - 1]),
+                                   (state.classical(n), expected.classical[n - 1])):
+            np.testing.assert_allclose(found, exact_value, rtol=0,
+                                       atol=1e-11 * np.abs(exact_value).max())
+
+
+@pytest.mark.parametrize('seed', range(15))
+def test_mixed_chains_are_exact_to_order_four(seed):
+    chain = robots.random_chain(seed, joints=1 + seed % 8)
+    assert_exact(chain, robots.random_motion(seed, chain.dof))
+
+
+@pytest.mark.parametrize('name', ['puma560', 'panda', 'rpr'])
+def test_robots_are_exact_to_order_four(name):
+    chain = robots.robot(name)
+    assert_exact(chain, robots.random_motion(3, chain.dof))
+
+
+def test_mimic_joints_are_exact_to_order_four():
+    assert GRIPPER.joint_names == ('turn', 'left', 'motor')
+    assert_exact(GRIPPER, robots.random_motion(4, 3))
+
+
+@pytest.mark.parametrize('chain', [GRIPPER, robots.random_chain(5)], ids=['mimic', 'mixed'])
+@pytest.mark.parametrize('pole', ['tip', 'base', np.array([0.2, -0.4, 1.0])],
+                         ids=['tip', 'base', 'point'])
+@pytest.mark.parametrize('axes', ['base', 'tip'])
+def test_jacobian_times_rates_is_the_twist(chain, pole, axes):
+    q, qd = robots.random_motion(5, chain.dof, order=1, shape=(3,))
+    twist = chain.state(q, qd).about(pole).expressed_in(axes).velocity
+    np.testing.assert_allclose(se3.matvec(chain.jacobian(q, pole, axes), qd), twist,
+                               rtol=1e-12, atol=1e-13)
+
+
+def test_screws_move_with_their_joints():
+    """The present screw is the home screw carried along by the joints before it."""
+    chain = robots.random_chain(6)
+    q = robots.random_motion(6, chain.dof, order=0)[0]
+    home = chain.screws(0 * q, pole='base')
+    T = np.eye(4)
+    for i, screw in enumerate(chain.screws(q, pole='base')):
+        np.testing.assert_allclose(screw, se3.adjoint(T) @ home[i], rtol=0, atol=1e-12)
+        T = T @ se3.exp(home[i] * q[i])
+    np.testing.assert_allclose(chain.pose(q), T @ chain.T_base_tool, rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize('shape', [(), (0,), (4,), (2, 3)])
+@pytest.mark.parametrize('chain', [GRIPPER, robots.robot('rpr'), SerialChain([])],
+                         ids=['mimic', 'rpr', 'empty'])
+def test_shapes(chain, shape):
+    motion = robots.random_motion(7, chain.dof, shape=shape)
+    state = chain.state(*motion)
+    assert state.pose.shape == (*shape, 4, 4)
+    assert [x.shape for x in state.reduced] == [(*shape, 6)] * 4
+    for pole in ('tip', 'base'):
+        assert chain.jacobian(motion[0], pole).shape == (*shape, 6, chain.dof)
+        assert chain.screws(motion[0], pole).shape == (*shape, len(chain.joints), 6)
+
+
+def test_batches_are_single_samples_side_by_side():
+    motion = robots.random_motion(8, GRIPPER.dof, shape=(2, 3))
+    batch, single = GRIPPER.state(*motion), GRIPPER.state(*motion[:, 1, 2])
+    np.testing.assert_allclose(batch.pose[1, 2], single.pose, rtol=0, atol=1e-15)
+    np.testing.assert_allclose(batch.jounce[1, 2], single.jounce, rtol=1e-13)
+
+
+def test_agrees_with_pinocchio():
+    """Twist, classical acceleration and Jacobian of a chain of all three kinds."""
+    pin = pytest.importorskip('pinocchio')
+    chain = robots.random_chain(9, ('revolute', 'prismatic', 'helical', 'revolute',
+                                    'helical', 'prismatic', 'revolute'))
+    q, qd, qdd = robots.random_motion(9, chain.dof, order=2)
+    model, home, parent = pin.Model(), np.zeros(3), 0
+    for joint in chain.joints:
+        kinds = {'revolute': lambda: pin.JointModelRevoluteUnaligned(joint.axis),
+                 'prismatic': lambda: pin.JointModelPrismaticUnaligned(joint.axis),
+                 'helical': lambda: pin.JointModelHelicalUnaligned(joint.axis, joint.pitch)}
+        parent = model.addJoint(parent, kinds[joint.kind](),
+                                pin.SE3(np.eye(3), joint.point - home), joint.name)
+        home = joint.point
+    tool = chain.T_base_tool
+    frame = model.addFrame(pin.Frame(
+        'tip', parent, pin.SE3(tool[:3, :3], tool[:3, 3] - home), pin.FrameType.OP_FRAME))
+    data = model.createData()
+    pin.forwardKinematics(model, data, q, qd, qdd)
+    pin.updateFramePlacements(model, data)
+    axes = pin.LOCAL_WORLD_ALIGNED
+    twist = pin.getFrameVelocity(model, data, frame, axes)
+    accel = pin.getFrameClassicalAcceleration(model, data, frame, axes)
+    jacobian = pin.computeFrameJacobian(model, data, q, frame, axes)
+    state = chain.state(q, qd, qdd)
+    np.testing.assert_allclose(state.pose, data.oMf[frame].homogeneous, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(state.velocity, [*twist.angular, *twist.linear], rtol=1e-11)
+    np.testing.assert_allclose(state.classical(2), [*accel.angular, *accel.linear],
+                               rtol=1e-11)
+    np.testing.assert_allclose(chain.jacobian(q), np.roll(jacobian, 3, axis=0),
+                               rtol=0, atol=1e-12)
+
+
+def test_wrong_arguments_are_refused():
+    chain = robots.robot('rpr')
+    with pytest.raises(ShapeError, match=r'q of SerialChain\(rpr.*\(\.\.\., 3\), got \(2,\)'):
+        chain.pose(np.zeros(2))
+    with pytest.raises(ShapeError, match='derivative 2 of q of'):
+        chain.state(np.zeros(3), np.zeros(3), np.zeros(4))
+    with pytest.raises(InvalidValueError, match='up to order 4 are supported, got 5'):
+        chain.state(*np.zeros((6, 3)))
+    with pytest.raises(UnknownNameError, match="unknown axes 'tool'; known: 'base', 'tip'"):
+        chain.jacobian(np.zeros(3), axes='tool')
+    with pytest.raises(UnknownNameError, match="unknown pole 'tool'; known: 'base', 'tip'"):
+        chain.screws(np.zeros(3), pole='tool')
+
+
+@pytest.mark.parametrize('T, message', [
+    (np.eye(3), r'T_base_tool: expected shape \(4, 4\), got \(3, 3\)'),
+    (2 * np.eye(4), 'T_base_tool is no rigid displacement'),
+    (np.diag([1, 1, -1, 1]), 'T_base_tool is no rigid displacement'),
+    (np.full((4, 4), np.nan), 'T_base_tool is no rigid displacement'),
+    ([['a'] * 4] * 4, 'T_base_tool must be numbers'),
+])
+def test_what_is_no_pose_is_refused(T, message):
+    with pytest.raises((ShapeError, InvalidValueError), match=message):
+        SerialChain([], T)
+
+
+def test_joints_must_have_names_of_their_own_and_follow_measured_ones():
+    a = Joint('a', 'revolute', axis=(0, 0, 1))
+    b = Joint('b', 'revolute', axis=(0, 0, 1), mimic=Mimic('a'))
+    with pytest.raises(InvalidValueError, match="joint 'a' occurs more than once"):
+        SerialChain([a, a])
+    with pytest.raises(InvalidValueError, match="joint 'c' follows 'b', which follows another"):
+        SerialChain([a, b, Joint('c', 'revolute', axis=(0, 0, 1), mimic=Mimic('b'))])

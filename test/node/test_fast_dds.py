@@ -1,0 +1,66 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Fast DDS gets the node's settings, or the user's own."""
+from pathlib import Path
+import time
+
+from geometry_msgs.msg import TwistStamped
+import pytest
+from rclpy.utilities import get_rmw_implementation_identifier
+from screw_kinematics.node import fast_dds
+from support.rig import joint_state, PUMA, RELIABLE_INPUT, running
+
+JOINTS = tuple(f'q{i}' for i in range(1, 7))
+MS = 1_000_000
+
+
+def test_a_file_of_the_user_is_left_alone(tmp_path, monkeypatch):
+    environment = {fast_dds.PROFILES: 'mine.xml'}
+    fast_dds.settle(environment)
+    assert environment == {fast_dds.PROFILES: 'mine.xml'}
+
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / fast_dds.IN_WORKING_DIRECTORY).touch()
+    environment = {}
+    fast_dds.settle(environment)
+    assert environment == {}
+
+
+def test_without_data_files_the_node_still_starts(tmp_path, monkeypatch):
+    monkeypatch.setattr('screw_kinematics.models.uri._SOURCE_TREE', tmp_path)
+    monkeypatch.setattr('screw_kinematics.models.uri._pip_prefixes', lambda: [str(tmp_path)])
+    monkeypatch.setenv('AMENT_PREFIX_PATH', str(tmp_path))
+    environment = {}
+    fast_dds.settle(environment)
+    assert environment == {}
+
+
+def switches(pid):
+    """Return how often the thread of Fast DDS's timers was woken."""
+    count = 0
+    for task in Path(f'/proc/{pid}/task').iterdir():
+        if (task / 'comm').read_text().startswith('dds.ev'):
+            status = (task / 'status').read_text()
+            count += int(status.split('voluntary_ctxt_switches:')[1].split()[0])
+    return count
+
+
+@pytest.mark.skipif(not Path('/proc/self/task').exists(), reason='reads /proc')
+def test_messages_do_not_wake_the_timer_thread(context, tmp_path):
+    """Each publisher may wake it 50 times per second; by default each message does."""
+    if 'fastrtps' not in get_rmw_implementation_identifier():
+        pytest.skip('settings of Fast DDS')
+    arm = {'description': PUMA, 'outputs': ['twist'], 'velocity_source': 'measured'}
+    qos = {'/joint_states': {'subscription': RELIABLE_INPUT}}
+    with running(context, tmp_path,
+                 {'robots': ['arm'], 'arm': arm, 'qos_overrides': qos}) as rig:
+        twists = rig.listen('arm/twist', TwistStamped)
+        rig.wait_until_serving('arm', ['twist'])
+        publisher = rig.publisher('joint_states')
+        before, begin = switches(rig.process.pid), time.monotonic()
+        for k in range(1, 3001):
+            publisher.publish(joint_state(JOINTS, k * MS, [0.1] * 6, [0.2] * 6))
+            if k % 20 == 0:
+                rig.wait(lambda: len(twists) == k)
+        count, elapsed = switches(rig.process.pid) - before, time.monotonic() - begin
+    assert count < 300 + 75 * elapsed

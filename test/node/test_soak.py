@@ -1,0 +1,98 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Every kind of fault once, every message accounted for; and the checks do find errors."""
+from collections import Counter
+import json
+import os
+from pathlib import Path
+import subprocess
+import sys
+
+import pytest
+
+pytest.importorskip('pinocchio')
+ROOT = Path(__file__).parents[2]
+
+
+@pytest.fixture
+def benchmark(monkeypatch):
+    """Have the source tree's benchmark importable."""
+    monkeypatch.syspath_prepend(str(ROOT))
+
+
+def test_every_fault_once(ros_domain, tmp_path):
+    figures = tmp_path / 'figures.json'
+    ended = subprocess.run(
+        [sys.executable, '-m', 'benchmark.soak', '--minutes', '0', '--rate', '200',
+         '--calm', '1.7', '--seed', '3', '--json', str(figures)],
+        cwd=ROOT, env=os.environ | {'PYTHONPATH': str(ROOT)}, capture_output=True, text=True)
+    assert ended.returncode == 0, ended.stdout + ended.stderr
+    result = json.loads(figures.read_text())
+    assert result['passed'] and all(f['times'] == 1 for f in result['faults'].values())
+    for account in result['accounts']:
+        assert account['received'] == account['used'] + account['refused_total'] > 1000
+    refused = Counter()
+    for account in result['accounts']:
+        refused.update(account['refused'])
+        refused.update(account['of_topic'])
+    assert {'stamp_not_increasing', 'joints_come_with_other_message'} <= refused.keys()
+
+
+@pytest.mark.parametrize('output', ['puma/twist', 'rpr/accel'])
+@pytest.mark.parametrize('harm', ['none', 'value', 'nan', 'stamp'])
+def test_the_check_of_outputs_finds_what_is_wrong(benchmark, tmp_path, output, harm):
+    import numpy as np
+    from benchmark.soak.checks import Permitted, TopicCheck
+    from benchmark.soak.robots import ROBOTS, SAMPLES, TICK_NS
+    from benchmark.soak.shared import Progress
+    from screw_kinematics.messages.stamped import AccelEncoder, TwistEncoder
+    name, kind = output.split('/')
+    number, robot = next((i, r) for i, r in enumerate(ROBOTS) if r.name == name)
+    check = TopicCheck(number, robot, kind, Progress(tmp_path / 'progress', len(ROBOTS)))
+    encode = (TwistEncoder if kind == 'twist' else AccelEncoder)('base').encode
+    begin = 1_700_000_000 * 1000 // SAMPLES * SAMPLES
+    truth = robot.expected()[kind]
+    for i in range(10):
+        values, stamp = truth[i].copy(), (begin + i) * TICK_NS
+        if i == 5 and harm == 'value':
+            values[3:5] += 1e-8 if kind == 'twist' else 0.5 * np.abs(truth).max()
+        elif i == 5 and harm == 'nan':
+            values[4] = np.nan
+        elif i == 5 and harm == 'stamp':
+            stamp += 100 * TICK_NS
+        check.take(encode(stamp, values))
+    check.check(Permitted(settled_from=[begin] * len(ROBOTS)))
+    tally = check.tally
+    assert (tally.received, tally.exact + tally.estimated) == (10, 10)
+    assert tally.not_finite == (harm == 'nan')
+    if kind == 'twist':     # follows from one sample
+        assert (tally.wrong, tally.too_far) == (harm != 'none', 0)
+    else:
+        assert (tally.wrong, tally.too_far) == (0, harm in ('value', 'stamp'))
+
+
+def test_contradictions_in_the_accounts_are_found(benchmark):
+    from benchmark.soak.books import Account
+    good = Account(10, 9, 7, 6, 2, Counter(a=2), Counter(b=1), Counter(c=1))
+    assert good.contradictions() == []
+    for change in ({'on_topic': 11}, {'used': 8}, {'refused': Counter(a=1)}):
+        assert len(Account(**(vars(good) | change)).contradictions()) == 1
+
+
+@pytest.mark.parametrize('seen, missing, wrong', [
+    ([*range(10, 35, 5), *range(90, 105, 5)], 0, ''),
+    ([*range(10, 25, 5), *range(90, 105, 5)], 2, ''),
+    ([*range(10, 25, 5), *range(90, 105, 5)], 1, ''),      # the last one had not been counted
+    ([*range(10, 25, 5), *range(90, 105, 5)], 3, '3 messages missing, but 2'),
+    ([*range(10, 25, 5), *range(90, 105, 5)], -1, '-1 messages missing'),
+    ([10, 20, *range(90, 105, 5)], 2, 'gaps elsewhere'),
+    ([*range(10, 25, 5), 90, 100], 3, 'gaps elsewhere'),
+    ([10, 15], 3, 'gaps elsewhere')])
+def test_only_the_last_messages_of_a_killed_source_may_be_missing(
+        benchmark, seen, missing, wrong):
+    from benchmark.soak.tail import check_tail, Runs
+    runs = Runs(step=5)
+    for tick in seen:
+        runs.take([tick])
+    found = check_tail(runs.all, killed_at=35, step=5, missing=missing)
+    assert found.startswith(wrong) and bool(found) == bool(wrong)
