@@ -22,7 +22,7 @@ from math import cos, sin, sqrt
 
 import numpy as np
 
-from screw_kinematics.backends.vector_math import LARGEST_ANGLE, sincos, transpose
+from screw_kinematics.programs.vector_math import LARGEST_ANGLE, sincos, transpose
 
 
 """
