@@ -28,9 +28,12 @@ class Coupling:
     ----------
     joint_names : tuple of str
         The measured joints, in the order of their first use.
+    joint_kinds : tuple of str
+        Their kinds; that of one outside the chain is what its followers say of it.
     prismatic : array of bool, shape (dof,)
-        Which of them are measured in m rather than rad; that of a measured joint outside
-        the chain is taken from its first follower.
+        Which of them are measured in m rather than rad.
+    velocity_limits : array, shape (dof,)
+        Largest speeds [rad/s, m/s]; infinite where none is known.
 
     Raises
     ------
@@ -61,9 +64,10 @@ class Coupling:
                     'joint itself; a followed joint must be a measured one')
         self.joint_names = tuple(dict.fromkeys(joint.source for joint in joints))
         self._columns = [self.joint_names.index(joint.source) for joint in joints]
-        kinds = {joint.source: joint.kind for joint in reversed(joints)}
-        kinds.update({joint.name: joint.kind for joint in joints})
-        self.prismatic = np.array([kinds[n] == 'prismatic' for n in self.joint_names], bool)
+        measured = [measured_as(joints, name) for name in self.joint_names]
+        self.joint_kinds = tuple(kind for kind, _ in measured)
+        self.prismatic = np.array([kind == 'prismatic' for kind in self.joint_kinds], bool)
+        self.velocity_limits = np.array([limit for _, limit in measured], float)
         self._plain = not following
         mimics = [joint.mimic for joint in joints]
         self._multipliers = np.array([1 if m is None else m.multiplier for m in mimics])
@@ -126,3 +130,15 @@ class Coupling:
             share = screw if self._plain else multiplier * screw
             columns[column] = share if columns[column] is None else columns[column] + share
         return columns
+
+
+def measured_as(joints: Sequence[Joint], name: str) -> tuple[str, float]:
+    """Return kind and velocity limit of a measured joint, by itself or by its followers."""
+    own = next((joint for joint in joints if joint.name == name), None)
+    if own is not None:
+        return own.kind, own.velocity_limit
+    followers = [(joint, joint.mimic) for joint in joints
+                 if joint.mimic is not None and joint.mimic.joint == name]
+    kinds = [mimic.kind for _, mimic in followers if mimic.kind is not None]
+    return (kinds[0] if kinds else followers[0][0].kind,
+            min(mimic.velocity_limit for _, mimic in followers))

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import inf
 from typing import Any
 
 import numpy as np
@@ -26,12 +27,19 @@ class Mimic:
     multiplier : float
     offset : float
         In rad or m, as the following joint.
+    kind : {'revolute', 'continuous', 'prismatic', 'helical'}, optional
+        Of the measured joint; needed where it is not in the chain. Default: as the
+        following joint.
+    velocity_limit : float
+        Of a measured joint that is not in the chain [rad/s, m/s].
 
     """
 
     joint: str
     multiplier: Any = 1
     offset: Any = 0
+    kind: str | None = None
+    velocity_limit: float = inf
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,13 +60,15 @@ class Joint:
         Pitch [m/rad], for helical joints only.
     mimic : Mimic, optional
         Where the value comes from, if it is not measured itself.
+    velocity_limit : float
+        Largest speed the robot's maker states [rad/s, m/s]; infinite if none is known.
 
     Raises
     ------
     UnknownNameError
         The kind is none of the allowed ones.
     ShapeError, InvalidValueError
-        Axis, point or pitch are not usable; the message names the joint.
+        Axis, point, pitch or limit are not usable; the message names the joint.
 
     Examples
     --------
@@ -73,6 +83,7 @@ class Joint:
     point: Array = (0, 0, 0)    # type: ignore[assignment]
     pitch: Any = 0
     mimic: Mimic | None = None
+    velocity_limit: float = inf
 
     def __post_init__(self) -> None:
         if self.kind not in KINDS:
@@ -97,6 +108,11 @@ class Joint:
                 raise InvalidValueError(
                     f'joint {self.name!r}: pitch {self.pitch!r} needs the kind '
                     f"'helical', got {self.kind!r}")
+
+        if not self.velocity_limit > 0:
+            raise InvalidValueError(
+                f'joint {self.name!r}: velocity_limit must be positive, '
+                f'got {self.velocity_limit!r}')
 
     def _vector(self, key: str) -> Array:
         vector = np.array(getattr(self, key))

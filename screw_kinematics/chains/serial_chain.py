@@ -77,6 +77,16 @@ class SerialChain(Mobility):
         return self._coupling.dof
 
     @property
+    def joint_kinds(self) -> tuple[str, ...]:
+        """Return the kinds of the measured joints: 'revolute', 'continuous' or another."""
+        return self._coupling.joint_kinds
+
+    @property
+    def velocity_limits(self) -> Array:
+        """Return their largest speeds [rad/s, m/s], infinite if unknown; shape (dof,)."""
+        return self._coupling.velocity_limits
+
+    @property
     def prismatic(self) -> Array:
         """Return which measured joints are in m rather than rad, shape (dof,)."""
         return self._coupling.prismatic

@@ -21,7 +21,7 @@ MAX_BYTES = 4_000_000
 MAX_ELEMENTS = 100_000
 MAX_DEPTH = 50
 
-_KINEMATIC = ('parent', 'child', 'origin', 'axis', 'mimic')
+_KINEMATIC = ('parent', 'child', 'origin', 'axis', 'mimic', 'limit')
 
 
 @dataclass

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from math import inf
 from typing import Any
 
 import numpy as np
@@ -22,7 +23,7 @@ COMMON = ('name', 'units', 'base_frame', 'tip_frame')
 """Keys that every model file may have."""
 
 _ROWS = ('row 1', 'row 2', 'row 3', 'row 4')
-_JOINT = ('name', 'kind', 'pitch', 'mimic')
+_JOINT = ('name', 'kind', 'pitch', 'mimic', 'velocity_limit')
 
 
 def units_of(fields: Fields) -> Units:
@@ -71,7 +72,17 @@ def read_joint(fields: Fields, units: Units, axis: Any, point: Any) -> Joint:
     kind = fields.choice('kind', KINDS, 'revolute')
     pitch = units.pitch(fields.number('pitch', None if kind == 'helical' else 0.0))
     return Joint(fields.text('name'), kind, axis, point, pitch,
-                 _followed(fields, units, kind))
+                 _followed(fields, units, kind), _velocity_limit(fields, units, kind))
+
+
+def _velocity_limit(fields: Fields, units: Units, kind: str) -> float:
+    """Return the largest speed of the joint, infinite where none is given."""
+    if 'velocity_limit' not in fields:
+        return inf
+    limit = fields.number('velocity_limit')
+    if not limit > 0:
+        raise fields.wrong(limit, 'a positive number', 'velocity_limit')
+    return units.length(limit) if kind == 'prismatic' else units.angle(limit)
 
 
 def _followed(fields: Fields, units: Units, kind: str) -> Mimic | None:

@@ -27,7 +27,8 @@ or, in place of ``joints`` and ``home``::
 length per angle, in the file's units. ``axis`` needs no unit length. A pose is ``xyz`` and
 ``rpy`` (roll, pitch, yaw about fixed x, y, z), or a ``matrix`` of four rows. Any joint or
 row may follow another one, ``mimic: {joint: turn, multiplier: 2, offset: 0}``; the
-multiplier is a ratio of SI values, the offset in the file's units.
+multiplier is a ratio of SI values, the offset in the file's units. ``velocity_limit`` is the
+largest speed that the maker states, in the file's units per second.
 """
 from __future__ import annotations
 

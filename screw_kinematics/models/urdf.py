@@ -15,9 +15,12 @@ URDF specification, http://wiki.ros.org/urdf/XML/joint
 """
 from __future__ import annotations
 
+from dataclasses import replace
+from math import inf
+
 import numpy as np
 
-from .fields import Fields, listed, reported
+from .fields import Fields, listed, number, reported
 from .following import followed_joint
 from .guarded_xml import JointElement, read_document, RobotDocument
 from .link_tree import Edge, LinkTree
@@ -132,9 +135,18 @@ class _Joints:
             return None
         axis = self._part(name, 'axis').numbers('xyz', 3, (1, 0, 0))
         direction = sense * (T_base_joint[:3, :3] @ axis) + 0.0     # no negative zeros
+        mimic = followed_joint(self._source, name, self._followed)
+        if mimic is not None:
+            mimic = replace(mimic, kind=self.kind(mimic.joint, _MOVING),
+                            velocity_limit=self.velocity_limit(mimic.joint))
         with reported(self._source):
-            return Joint(name, kind, direction, T_base_joint[:3, 3],
-                         mimic=followed_joint(self._source, name, self._followed))
+            return Joint(name, kind, direction, T_base_joint[:3, 3], mimic=mimic,
+                         velocity_limit=self.velocity_limit(name))
+
+    def velocity_limit(self, name: str) -> float:
+        """Return the largest speed the description states; many state 0 for none."""
+        limit = number(self._elements[name].parts.get('limit', {}).get('velocity'))
+        return limit if limit is not None and limit > 0 else inf
 
     def _followed(self, name: str) -> Mimic | None:
         """Return the joint's own ``mimic``, after checking that its source moves."""
@@ -144,6 +156,8 @@ class _Joints:
         followed = mimic.text('joint')
         if followed not in self._elements:
             raise mimic.wrong(followed, f'a joint ({listed(self._elements)})', 'joint')
+        if self._elements[followed].attributes.get('type') == 'fixed':
+            raise mimic.wrong(followed, 'a joint that moves; this one is fixed', 'joint')
         self.kind(followed, _MOVING)
         return Mimic(followed, mimic.number('multiplier', 1.0), mimic.number('offset', 0.0))
 

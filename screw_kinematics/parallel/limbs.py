@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from .structure import LimbScrews
+from ..chains.coupling import measured_as
 from ..chains.serial_chain import SerialChain
 from ..chains.tip_motion import tip_motion
 from ..errors import InvalidValueError
@@ -64,15 +65,16 @@ class Limbs:
         self.slot_of = (np.repeat(np.arange(len(own)), [len(names) for names in own]),
                         np.concatenate([np.arange(len(names)) for names in own]))
         self.length = _length(self.chains) if length is None else length
-        # One unit of each joint by the characteristic length, to compare their steps.
-        sliding = {name for chain in self.chains
-                   for name, slides in zip(chain.joint_names, chain.prismatic) if slides}
-        self.turning = np.array([name not in sliding for name in self.joint_names])
-        self.scale = np.where(self.turning, 1.0, 1 / self.length)
         joints = [joint for chain in self.chains for joint in chain.joints]
-        endless = {joint.name for joint in joints if joint.kind == 'continuous'}
-        endless -= {joint.mimic.joint for joint in joints if joint.mimic is not None}
-        self.wraps = np.array([name in endless for name in self.actuated])
+        measured = [measured_as(joints, name) for name in self.joint_names]
+        self.joint_kinds = tuple(kind for kind, _ in measured)
+        self.velocity_limits = np.array([limit for _, limit in measured], float)
+        # One unit of each joint by the characteristic length, to compare their steps.
+        self.turning = np.array([kind != 'prismatic' for kind in self.joint_kinds])
+        self.scale = np.where(self.turning, 1.0, 1 / self.length)
+        followed = {joint.source for joint in joints if joint.mimic is not None}
+        self.wraps = np.array([kind == 'continuous' and name not in followed
+                               for name, kind in zip(self.actuated, self.joint_kinds)])
         self._programs: dict[int, Evaluate] = {}
         self._layout = self._kinematics_layout()
 

@@ -103,6 +103,16 @@ class ParallelManipulator(LimbMotion):
         return self._limbs.chains
 
     @property
+    def joint_kinds(self) -> tuple[str, ...]:
+        """Return the kinds of the actuated joints: 'revolute', 'continuous' or another."""
+        return self._limbs.joint_kinds[:self.dof]
+
+    @property
+    def velocity_limits(self) -> Array:
+        """Return their largest speeds [rad/s, m/s], infinite if unknown; shape (dof,)."""
+        return self._limbs.velocity_limits[:self.dof]
+
+    @property
     def characteristic_length(self) -> float:
         """Return the length by which angles and lengths are made comparable [m]."""
         return self._limbs.length

@@ -68,7 +68,4 @@ def check_outputs(settings: RobotSettings, model: Any) -> None:
 
 def continuous_joints(model: Any) -> list[bool]:
     """Return for each measured joint of a model whether its position may wrap at 2 pi."""
-    # A measured joint's own kind counts; a follower's only where its source is elsewhere.
-    joints = sorted(getattr(model, 'joints', ()), key=lambda joint: joint.mimic is None)
-    kinds = {joint.source: joint.kind for joint in joints}
-    return [kinds.get(name) == 'continuous' for name in model.joint_names]
+    return [kind == 'continuous' for kind in model.joint_kinds]

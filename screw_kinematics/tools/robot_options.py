@@ -44,7 +44,6 @@ def motion(robot: Any, name: str) -> ReferenceMotion:
     A parallel manipulator moves a little about its home posture, so that it stays within
     its workspace.
     """
-    kinds = {joint.source: joint.kind for joint in robot.joints}
     about_home = {} if not hasattr(robot, 'home') else {
         'centre': robot.home.actuated, 'size': 0.3}
-    return reference_motion(name, [kinds[joint] for joint in robot.joint_names], **about_home)
+    return reference_motion(name, robot.joint_kinds, **about_home)

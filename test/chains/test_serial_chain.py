@@ -153,3 +153,28 @@ def test_joints_must_have_names_of_their_own_and_follow_measured_ones():
         SerialChain([a, a])
     with pytest.raises(InvalidValueError, match="joint 'c' follows 'b', which follows another"):
         SerialChain([a, b, Joint('c', 'revolute', axis=(0, 0, 1), mimic=Mimic('b'))])
+
+
+@pytest.mark.parametrize('joints, kinds', [
+    ([Joint('a', 'continuous', (0, 0, 1)), Joint('b', 'revolute', (0, 0, 1))],
+     ('continuous', 'revolute')),
+    ([Joint('a', 'revolute', (0, 0, 1)), Joint('b', 'prismatic', (0, 0, 1), mimic=Mimic('a'))],
+     ('revolute',)),
+    ([Joint('b', 'prismatic', (0, 0, 1), mimic=Mimic('a')), Joint('a', 'helical', (0, 0, 1))],
+     ('helical',)),
+    ([Joint('b', 'prismatic', (0, 0, 1), mimic=Mimic('a', kind='continuous'))], ('continuous',)),
+    ([Joint('b', 'continuous', (0, 0, 1), mimic=Mimic('elsewhere'))], ('continuous',))])
+def test_a_measured_joint_is_of_its_own_kind(joints, kinds):
+    """A follower's kind counts only where nobody says that of the joint it follows."""
+    chain = SerialChain(joints)
+    assert chain.joint_kinds == kinds
+    assert chain.prismatic.tolist() == [kind == 'prismatic' for kind in kinds]
+
+
+def test_velocity_limits_are_those_of_the_measured_joints():
+    chain = SerialChain([
+        Joint('a', 'revolute', (0, 0, 1), velocity_limit=2.0), Joint('b', 'revolute', (0, 1, 0)),
+        Joint('c', 'revolute', (0, 0, 1), mimic=Mimic('a', 3), velocity_limit=1.0)])
+    assert chain.velocity_limits.tolist() == [2.0, np.inf]
+    with pytest.raises(InvalidValueError, match="joint 'a': velocity_limit must be positive"):
+        Joint('a', 'revolute', (0, 0, 1), velocity_limit=0.0)

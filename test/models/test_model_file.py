@@ -53,6 +53,14 @@ def test_a_matrix_is_a_pose(load):
     np.testing.assert_allclose(load(text).T_base_tool, load(SCREWS).T_base_tool, atol=1e-16)
 
 
+def test_velocity_limits_are_in_the_files_units_per_second(load):
+    text = SCREWS.replace('kind: helical', 'kind: helical, velocity_limit: 180').replace(
+        'kind: prismatic', 'kind: prismatic, velocity_limit: 250')
+    np.testing.assert_allclose(load(text).velocity_limits, [np.inf, np.pi, 0.25], rtol=1e-15)
+    with pytest.raises(ModelError, match="'q3': velocity_limit: got -1.*allowed: a positive"):
+        load(text.replace('limit: 250', 'limit: -1'))
+
+
 def test_frames_may_be_named_by_file_or_caller(load):
     assert load('base_frame: b\n' + SCREWS).base_frame == 'b'
     assert load('base_frame: b\n' + SCREWS, 'b', 't').tip_frame == 't'
@@ -195,7 +203,8 @@ REFUSED = {
     'dh as a list': ('dh: [1]', 'dh: got .*; allowed: keys with values'),
     'no rows': ('dh: {convention: modified}', 'dh: rows: got None; allowed: a list of 1 to'),
     'screw key in a row': (ROW.replace('a:', 'axis:'), "joint 'q': unknown key 'axis'; allowed: "
-                           "'name', 'kind', 'pitch', 'mimic', 'a', 'alpha', 'd', 'theta'"),
+                           "'name', 'kind', 'pitch', 'mimic', 'velocity_limit', 'a', 'alpha', 'd', "
+                           "'theta'"),
     'row of words': (ROW.replace('1', 'long'), "joint 'q': a: got 'long'; allowed: a finite n"),
     'overflow': (ROW.replace('1', '1e308').replace('}]', '}, {name: r, a: 1e308}]'),
                  'no rigid displacement|must be finite'),

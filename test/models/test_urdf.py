@@ -75,6 +75,29 @@ def test_followers_of_followers_follow_the_measured_joint():
     np.testing.assert_allclose(chain.joint_values([1.0], order=1), [2, -6, 1])
 
 
+def test_a_measured_joint_outside_the_chain_keeps_its_kind_and_limit():
+    """Its followers move differently, and have limits of their own."""
+    text = robot(
+        'a b c d', joint('motor', 'a', 'b', 'continuous',
+                         '<axis xyz="0 0 1"/><limit effort="1" velocity="2.5"/>'),
+        joint('j', 'a', 'c', 'prismatic', '<mimic joint="motor"/><limit velocity="0.1"/>'),
+        joint('k', 'c', 'd', 'prismatic', '<mimic joint="motor" multiplier="-1"/>'))
+    chain = models.load_urdf(text, tip_frame='d')
+    assert chain.joint_names == ('motor',)
+    assert chain.joint_kinds == ('continuous',)
+    assert chain.velocity_limits.tolist() == [2.5]
+    assert chain.prismatic.tolist() == [False]
+
+
+@pytest.mark.parametrize('limit, expected', [
+    ('<limit velocity="2.175"/>', 2.175), ('<limit effort="87"/>', np.inf), ('', np.inf),
+    ('<limit velocity="0"/>', np.inf), ('<limit velocity="-1"/>', np.inf),
+    ('<limit velocity="fast"/>', np.inf), ('<limit velocity="nan"/>', np.inf)])
+def test_velocity_limits_are_known_where_stated(limit, expected):
+    text = robot('a b', joint('j', 'a', 'b', parts='<axis xyz="0 0 1"/>' + limit))
+    assert models.load_urdf(text).velocity_limits.tolist() == [expected]
+
+
 def test_foreign_tags_are_passed_over():
     text = robot('a b', joint('j', 'a', 'b'), '<gazebo><link name="a"/></gazebo>',
                  '<transmission name="t"><joint name="j"/></transmission>',
@@ -182,7 +205,7 @@ REFUSED = {
     'follows a fixed one': (
         robot('a b c', joint('j', 'a', 'b', 'fixed'),
               joint('k', 'b', 'c', parts='<mimic joint="j"/>')),
-        "joint 'j': type: got 'fixed'; allowed: 'revolute', 'continuous', 'prismatic'"),
+        "joint 'k': mimic: joint: got 'j'; allowed: a joint that moves; this one is fixed"),
     'multiplier': (
         robot('a b c', joint('j', 'a', 'b'),
               joint('k', 'b', 'c', parts='<mimic joint="j" multiplier="x"/>')),

@@ -4,7 +4,9 @@
 import numpy as np
 import pytest
 
+from screw_kinematics import Joint, Mimic, SerialChain
 from screw_kinematics.errors import ParameterError
+from screw_kinematics.tools import robot_options
 from screw_kinematics.tools.reference_motions import MinimumJerk, MOTIONS, reference_motion
 
 KINDS = ['revolute', 'prismatic', 'continuous']
@@ -50,3 +52,12 @@ def test_paper_motion_of_six_joints():
 def test_unknown_motion_names_the_known_ones():
     with pytest.raises(ParameterError, match="'motion' is 'waltz'; allowed: paper, minjerk"):
         reference_motion('waltz', KINDS)
+
+
+def test_a_revolute_joint_moves_as_one_whatever_follows_it():
+    """The amplitude of the paper's first joint, in rad, though a prismatic joint follows."""
+    robot = SerialChain([
+        Joint('turn', 'revolute', axis=(0, 0, 1)),
+        Joint('lift', 'prismatic', axis=(0, 0, 1), mimic=Mimic('turn', 0.1))])
+    _, qd = robot_options.motion(robot, 'paper').derivatives(0.0, 1)
+    np.testing.assert_allclose(qd, [0.2])

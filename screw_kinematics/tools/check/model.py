@@ -25,13 +25,13 @@ def report_model(robot: Any) -> Iterator[Finding]:
 
     """
     yield Finding(FACT, f'{robot!r}')
-    kinds = {joint.name: joint.kind for joint in robot.joints}
-    listed = ', '.join(f'{name} ({kinds[name]})' if name in kinds else name
-                       for name in robot.joint_names)
+    listed = ', '.join(f'{name} ({kind})'
+                       for name, kind in zip(robot.joint_names, robot.joint_kinds))
     yield Finding(FACT, f'measured joints, which must be published: {listed or "none"}')
+    inside = {joint.name for joint in robot.joints}
     for joint in robot.joints:
         if joint.mimic is not None:
-            where = '' if joint.mimic.joint in kinds else ', a joint outside the chain'
+            where = '' if joint.mimic.joint in inside else ', a joint outside the chain'
             yield Finding(FACT, f'joint {joint.name!r} follows {joint.mimic.joint!r}{where}: '
                                 f'q = {joint.mimic.multiplier:g} q + {joint.mimic.offset:g}')
     if not robot.joint_names:
