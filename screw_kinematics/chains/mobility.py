@@ -109,7 +109,7 @@ class Mobility(ABC):
         if kind not in ('classical', 'reduced'):
             raise UnknownNameError('kind', kind, ('classical', 'reduced'))
         coasting = self.state(q, qd, 0 * np.asarray(qd)).about(pole).expressed_in(axes)
-        known = coasting.classical(2) if kind == 'classical' else coasting.acceleration
+        known = coasting.classical(2) if kind == 'classical' else coasting.reduced_acceleration
         wanted = np.asarray(acceleration) - known
         return solver.solve(self.jacobian(q, pole, axes), wanted, self.prismatic,
                             secondary)

@@ -5,18 +5,16 @@ Where the joint axes and the tip of a chain are at given joint values.
 
 References
 ----------
-The paper, section 3.1 (infinitesimal screws of a posture).
+The paper, sections 2.1 (screws of joints) and 2.4.1 (Theorem 3).
 
 """
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
 from .joint import Joint
-from ..errors import InvalidValueError, ShapeError
 from ..screws.screw import prismatic_screw, unit_screw
 from ..screws.se3 import Array, matvec, rotation_about
 
@@ -95,47 +93,3 @@ class Posture:
             prismatic_screw(axis) if joint.kind == 'prismatic'
             else unit_screw(axis, point - pole, joint.pitch)
             for joint, axis, point in zip(self._joints, self.axes, self.points)]
-
-
-def rigid_displacement(name: str, T: Any = None) -> Array:    # noqa: N803
-    """
-    Return a read-only copy of a pose, after checking that it is a rigid displacement.
-
-    Parameters
-    ----------
-    name : str
-        What it is, for messages.
-    T : array, shape (4, 4), optional
-        Pose [m]; by default the identity, in integers, which leave symbols exact. Arrays
-        of symbols are taken as they are.
-
-    Returns
-    -------
-    array, shape (4, 4)
-
-    Raises
-    ------
-    ShapeError, InvalidValueError
-        The pose is no rigid displacement.
-
-    Examples
-    --------
-    >>> rigid_displacement('T', np.eye(4)).flags.writeable
-    False
-
-    """
-    T = np.eye(4, dtype=int) if T is None else np.array(T)    # noqa: N806
-    if T.shape != (4, 4):
-        raise ShapeError(name, '(4, 4)', T.shape)
-    if T.dtype.kind not in 'iufO':
-        raise InvalidValueError(f'{name} must be numbers, got {T.tolist()!r}')
-    if T.dtype != object:
-        R = T[:3, :3]    # noqa: N806
-        rigid = (np.all(np.isfinite(T)) and np.allclose(R.T @ R, np.eye(3), atol=1e-9)
-                 and np.linalg.det(R) > 0 and np.array_equal(T[3], [0, 0, 0, 1]))
-        if not rigid:
-            raise InvalidValueError(
-                f'{name} is no rigid displacement: the upper left 3x3 block must be a '
-                f'rotation and the last row (0, 0, 0, 1), got {T.tolist()}')
-    T.setflags(write=False)
-    return T

@@ -11,10 +11,11 @@ import numpy as np
 from .coupling import Coupling
 from .joint import Joint
 from .mobility import Mobility
-from .posture import Posture, rigid_displacement
+from .posture import Posture
 from ..errors import InvalidValueError
 from ..screws.body_state import BodyState
 from ..screws.reference import check_axes, resolve_pole
+from ..screws.rigid import rigid_displacement
 from ..screws.se3 import Array, rotate
 from ..screws.states import chain_states
 
@@ -194,7 +195,7 @@ class SerialChain(Mobility):
 
         References
         ----------
-        The paper, section 3.1.
+        The paper, section 2.4.1.
 
         """
         check_axes(axes)
@@ -225,7 +226,7 @@ class SerialChain(Mobility):
 
         References
         ----------
-        The paper, sections 3.1 and 3.2.
+        The paper, sections 2.4.1 and 2.4.2 (Theorems 3 and 4) for order 1 and 2.
 
         """
         if len(derivatives) > MAX_ORDER:

@@ -16,9 +16,9 @@ from .limbs import Limbs
 from .loop_closure import reach
 from .program import ParallelProgram
 from ..chains.joint import Joint
-from ..chains.posture import rigid_displacement
 from ..chains.serial_chain import SerialChain
 from ..screws.body_state import BodyState
+from ..screws.rigid import rigid_displacement
 from ..screws.se3 import Array
 
 

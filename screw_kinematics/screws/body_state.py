@@ -10,21 +10,29 @@ frame of the same body (:meth:`BodyState.with_tool`).
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+import warnings
 
 import numpy as np
 
 from .reference import check_axes, resolve_pole
+from .rigid import checked_pose
 from .se3 import Array, inverse, matvec, rotate, shift_pole
 from .states import body_derivatives, classical_from_reduced, compose, relative
+from .vectors import checked_array
 from ..errors import InvalidValueError
 
-_ORDERS = ('velocity', 'acceleration', 'jerk', 'jounce')
+__all__ = ['BodyState']
+
+_ORDERS = ('velocity', 'acceleration', 'jerk', 'snap')
 
 
 @dataclass(frozen=True, eq=False)
 class BodyState:
     """
     Motion of the tip body relative to the base.
+
+    Six-vectors are reduced states or classical derivatives: the names of attributes say
+    which, and only of the velocity they are the same.
 
     Parameters
     ----------
@@ -41,6 +49,11 @@ class BodyState:
     base_frame, tip_frame : str
         Frame names.
 
+    Raises
+    ------
+    ShapeError, InvalidValueError
+        The pose is no rigid displacement within 1e-6, or a state no six-vector.
+
     """
 
     pose: Array
@@ -51,30 +64,72 @@ class BodyState:
     base_frame: str = 'base'
     tip_frame: str = 'tool'
 
+    def __post_init__(self) -> None:
+        checked_pose('pose', self.pose)
+        for n, state in enumerate(self.reduced, start=1):
+            checked_array(f'reduced state of order {n}', state, (..., 6))
+
     @property
     def velocity(self) -> Array:
         """Velocity state (twist) V = (w ; v), shape (..., 6) [rad/s, m/s]."""
         return self._order(1)
 
     @property
-    def acceleration(self) -> Array:
+    def classical_acceleration(self) -> Array:
+        """Acceleration [alpha ; a] of the body point at the pole, shape (..., 6)."""
+        return self.classical(2)
+
+    @property
+    def reduced_acceleration(self) -> Array:
         """Reduced acceleration A = (alpha ; a - w x v), shape (..., 6)."""
         return self._order(2)
 
     @property
-    def jerk(self) -> Array:
+    def classical_jerk(self) -> Array:
+        """Jerk [rho ; j] of the body point at the pole, shape (..., 6)."""
+        return self.classical(3)
+
+    @property
+    def reduced_jerk(self) -> Array:
         """Reduced jerk J = (rho ; j - 2 alpha x v - w x a), shape (..., 6)."""
         return self._order(3)
 
     @property
-    def jounce(self) -> Array:
-        """Return the reduced snap S, the state of order four, shape (..., 6)."""
+    def classical_snap(self) -> Array:
+        """Snap (jounce) [sigma ; s] of the body point at the pole, shape (..., 6)."""
+        return self.classical(4)
+
+    @property
+    def reduced_snap(self) -> Array:
+        """Reduced snap (jounce) S, the state of order four, shape (..., 6)."""
         return self._order(4)
 
     @property
+    def acceleration(self) -> Array:
+        """Return :attr:`reduced_acceleration`; this name is deprecated."""
+        return self._renamed('acceleration', 2)
+
+    @property
+    def jerk(self) -> Array:
+        """Return :attr:`reduced_jerk`; this name is deprecated."""
+        return self._renamed('jerk', 3)
+
+    @property
+    def jounce(self) -> Array:
+        """Return :attr:`reduced_snap`; this name is deprecated."""
+        return self._renamed('jounce', 4)
+
+    @property
     def snap(self) -> Array:
-        """Another name of :attr:`jounce`."""
-        return self.jounce
+        """Return :attr:`reduced_snap`; this name is deprecated."""
+        return self._renamed('snap', 4)
+
+    def _renamed(self, name: str, n: int) -> Array:
+        warnings.warn(
+            f'BodyState.{name} is the reduced state, and will be removed in the next release: '
+            f'use reduced_{_ORDERS[n - 1]} for it, or classical_{_ORDERS[n - 1]} for the '
+            'motion of the body point at the pole', DeprecationWarning, stacklevel=3)
+        return self._order(n)
 
     def _order(self, n: int) -> Array:
         if not 1 <= n <= len(self.reduced):
@@ -91,9 +146,19 @@ class BodyState:
         n = 1 is the twist ``[w; v]``, 2 ``[alpha; a]``, 3 ``[rho; j]``, 4 ``[sigma; s]``,
         with v, a, j, s of the body's material point now at the pole.
 
+        Parameters
+        ----------
+        n : int
+            From 1 to the order of this state.
+
         Returns
         -------
         array, shape (..., 6)
+
+        Raises
+        ------
+        InvalidValueError
+            The state was computed with fewer derivatives.
 
         """
         self._order(n)
@@ -108,6 +173,10 @@ class BodyState:
         pole : 'base', 'tip' or array, shape (..., 3)
             Origin of the base, origin of the tip frame, or a point in base
             coordinates [m].
+
+        Returns
+        -------
+        BodyState
 
         Raises
         ------
@@ -134,6 +203,10 @@ class BodyState:
         ----------
         axes : {'base', 'tip'}
             Whose axes.
+
+        Returns
+        -------
+        BodyState
 
         Raises
         ------
@@ -179,8 +252,17 @@ class BodyState:
         base_frame, tip_frame : str
             Frame names.
 
+        Returns
+        -------
+        BodyState
+
+        Raises
+        ------
+        ShapeError, InvalidValueError
+            The pose is no rigid displacement within 1e-6.
+
         """
-        pose = np.asarray(pose)
+        pose = checked_pose('pose', pose)
         position = pose[..., :3, 3]
         zero = np.concatenate([0 * position, 0 * position], axis=-1)
         return cls(pose, (zero,) * order, position,
@@ -203,7 +285,13 @@ class BodyState:
         BodyState
             Pole at the new tip, axes of the base.
 
+        Raises
+        ------
+        ShapeError, InvalidValueError
+            T_tip_tool is no rigid displacement within 1e-6.
+
         """
+        T_tip_tool = checked_pose('T_tip_tool', T_tip_tool)    # noqa: N806
         fixed = BodyState.at_rest(T_tip_tool, len(self.reduced), tip_frame=tip_frame)
         return self.followed_by(fixed)
 
@@ -224,7 +312,7 @@ class BodyState:
 
         References
         ----------
-        The paper, section 3.2.
+        The paper, section 2.4.2.
 
         Examples
         --------

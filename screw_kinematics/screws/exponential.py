@@ -13,8 +13,10 @@ from math import factorial
 
 import numpy as np
 
-from .vectors import Array, cross, skew
-from ..errors import InvalidValueError, ShapeError
+from .rigid import checked_pose
+from .vectors import Array, cross, finite_array, skew
+
+__all__ = ['exp', 'log']
 
 # Below this angle the closed forms of the third coefficients lose digits; the truncation
 # error of the series is then below 1e-17.
@@ -50,7 +52,7 @@ def exp(x: Array) -> Array:
     array([0., 0., 1.])
 
     """
-    x = _finite('x', x, (6,))
+    x = finite_array('x', x, (..., 6))
     w, v = x[..., :3], x[..., 3:]
     angle = np.linalg.norm(w, axis=-1)
     first = np.sinc(angle / np.pi)
@@ -86,7 +88,8 @@ def log(T: Array) -> Array:    # noqa: N803
     Raises
     ------
     ShapeError, InvalidValueError
-        The last axes are not 4 x 4, or an entry is not finite.
+        The last axes are not 4 x 4, an entry is not finite, or T is no rigid displacement
+        within 1e-6.
 
     Examples
     --------
@@ -95,7 +98,7 @@ def log(T: Array) -> Array:    # noqa: N803
     True
 
     """
-    T = _finite('T', T, (4, 4))    # noqa: N806
+    T = checked_pose('T', finite_array('T', T, (..., 4, 4)))    # noqa: N806
     w = _rotation_vector(T[..., :3, :3])
     p = T[..., :3, 3]
     angle = np.linalg.norm(w, axis=-1)
@@ -135,12 +138,3 @@ def _by_angle(angle: Array, series: list[float], closed_form: Callable[[Array], 
     near = np.polynomial.polynomial.polyval(np.where(small, angle, 0) ** 2, series)
     far = closed_form(np.where(small, 1, angle))
     return np.where(small, near, far)
-
-
-def _finite(name: str, value: Array, shape: tuple[int, ...]) -> Array:
-    value = np.asarray(value, dtype=float)
-    if value.shape[-len(shape):] != shape:
-        raise ShapeError(name, f'(..., {", ".join(map(str, shape))})', value.shape)
-    if not np.all(np.isfinite(value)):
-        raise InvalidValueError(f'{name}: all components must be finite, got {value.tolist()}')
-    return value

@@ -10,7 +10,9 @@ others on floats.
 
 References
 ----------
-The paper, section 2.1. (Its m = l x q is a slip for m = q x l, as its next equation has it.)
+The paper, section 2.1. Its m = l x q is a slip for m = q x l, as its next equation has it;
+(7) and (8) hold if q is the foot of the perpendicular from the origin; and (10) is the
+moment of line 2 about the point p1 of line 1, not the moment m1.
 
 """
 from __future__ import annotations
@@ -20,8 +22,11 @@ from typing import Any
 import numpy as np
 
 from .se3 import klein_form, shift_pole
-from .vectors import Array, cross, dot
-from ..errors import InvalidValueError, ShapeError
+from .vectors import Array, checked_array, cross, dot, finite_array
+from ..errors import InvalidValueError
+
+__all__ = ['angle', 'common_perpendicular', 'distance', 'line', 'line_through', 'moment_about',
+           'mutual_position', 'nearest_point']
 
 # Directions that differ by less than this angle [rad] count as parallel: beyond it, the two
 # formulas for the distance are equally accurate.
@@ -43,6 +48,11 @@ def line(point: Array, direction: Array) -> Array:
     -------
     array, shape (..., 6)
 
+    Raises
+    ------
+    ShapeError, InvalidValueError
+        An argument has not three components of numbers or symbols.
+
     References
     ----------
     The paper, section 2.1.
@@ -53,7 +63,8 @@ def line(point: Array, direction: Array) -> Array:
     array([ 0,  0,  1,  0, -1,  0])
 
     """
-    point, direction = np.asarray(point), np.asarray(direction)
+    point = checked_array('point', point, (..., 3))
+    direction = checked_array('direction', direction, (..., 3))
     return np.concatenate(np.broadcast_arrays(direction, cross(point, direction)), axis=-1)
 
 
@@ -70,6 +81,11 @@ def line_through(p: Array, q: Array) -> Array:
     -------
     array, shape (..., 6)
 
+    Raises
+    ------
+    ShapeError, InvalidValueError
+        An argument has not three components of numbers or symbols.
+
     References
     ----------
     The paper, section 2.1.
@@ -80,7 +96,7 @@ def line_through(p: Array, q: Array) -> Array:
     array([ 0,  0,  2,  0, -2,  0])
 
     """
-    p, q = np.asarray(p), np.asarray(q)
+    p, q = checked_array('p', p, (..., 3)), checked_array('q', q, (..., 3))
     return np.concatenate(np.broadcast_arrays(q - p, cross(p, q)), axis=-1)
 
 
@@ -98,6 +114,11 @@ def moment_about(x: Array, point: Array) -> Array:
     Returns
     -------
     array, shape (..., 3)
+
+    Raises
+    ------
+    ShapeError, InvalidValueError
+        The last axes are not 6 and 3 long.
 
     Examples
     --------
@@ -135,7 +156,7 @@ def nearest_point(x: Array, point: Array = (0, 0, 0)) -> Array:    # type: ignor
 
     """
     x = _unit_line(x)
-    point = np.asarray(point)
+    point = finite_array('point', point, (..., 3))
     return point + cross(x[..., :3], moment_about(x, point))
 
 
@@ -179,6 +200,56 @@ def distance(x: Array, y: Array) -> Any:
     return np.where(parallel, np.linalg.norm(offset, axis=-1), skew_distance)[()]
 
 
+def common_perpendicular(x: Array, y: Array) -> tuple[Array, Array]:
+    """
+    Return the feet of the common perpendicular of two lines.
+
+    The points of x and of y that are nearest to each other. Parallel lines have many such
+    pairs; of these, the one with the point of x that is nearest to the origin.
+
+    Parameters
+    ----------
+    x, y : array, shape (..., 6)
+        Lines.
+
+    Returns
+    -------
+    on_x, on_y : array, shape (..., 3)
+        The feet [m]. ``line_through(on_x, on_y)`` is the perpendicular where the lines do
+        not meet; where they do, both are the point of intersection.
+
+    Raises
+    ------
+    ShapeError, InvalidValueError
+        These are not the coordinates of a line.
+
+    References
+    ----------
+    The paper, section 2.1, has its length, :func:`distance`. J. Denavit, R. S. Hartenberg,
+    "A kinematic notation for lower-pair mechanisms", J. Applied Mechanics 22, 1955: it is
+    the x axis of their frames.
+
+    Examples
+    --------
+    >>> x = line(np.array([0, 0, 0]), np.array([1, 0, 0]))
+    >>> on_x, on_y = common_perpendicular(x, line(np.array([5, 7, 2]), np.array([0, 3, 0])))
+    >>> on_x, on_y
+    (array([5., 0., 0.]), array([5., 0., 2.]))
+
+    """
+    x, y = np.broadcast_arrays(_unit_line(x), _unit_line(y))
+    d, e = x[..., :3], y[..., :3]
+    p = nearest_point(x)
+    across = cross(d, e)
+    square = dot(across, across)
+    parallel = square < _PARALLEL ** 2
+    # Along x to where the plane through y and the perpendicular cuts it.
+    offset = nearest_point(y, p) - p
+    along = dot(offset, cross(e, across)) / np.where(parallel, 1, square)
+    on_x = p + np.where(parallel, 0, along)[..., None] * d
+    return on_x + 0.0, nearest_point(y, on_x) + 0.0
+
+
 def angle(x: Array, y: Array) -> Any:
     """
     Return the angle between the directions of two lines.
@@ -208,7 +279,7 @@ def angle(x: Array, y: Array) -> Any:
     return np.arctan2(np.linalg.norm(cross(d, e), axis=-1), dot(d, e))
 
 
-def relation(x: Array, y: Array, tolerance: float = 1e-9) -> str:
+def mutual_position(x: Array, y: Array, tolerance: float = 1e-9) -> str:
     """
     Return how two lines lie: 'identical', 'parallel', 'intersecting' or 'skew'.
 
@@ -231,15 +302,13 @@ def relation(x: Array, y: Array, tolerance: float = 1e-9) -> str:
     Examples
     --------
     >>> x = line(np.array([0, 0, 0]), np.array([1, 0, 0]))
-    >>> relation(x, line(np.array([0, 1, 0]), np.array([-2, 0, 0])))
+    >>> mutual_position(x, line(np.array([0, 1, 0]), np.array([-2, 0, 0])))
     'parallel'
-    >>> relation(x, line(np.array([5, 0, 0]), np.array([0, 1, 0])))
+    >>> mutual_position(x, line(np.array([5, 0, 0]), np.array([0, 1, 0])))
     'intersecting'
 
     """
-    for name, value in (('x', x), ('y', y)):
-        if np.shape(value) != (6,):
-            raise ShapeError(f'line {name}', '(6,)', np.shape(value))
+    x, y = finite_array('line x', x, (6,)), finite_array('line y', y, (6,))
     touching = distance(x, y) <= tolerance
     if np.sin(angle(x, y)) < _PARALLEL:
         return 'identical' if touching else 'parallel'
@@ -248,11 +317,9 @@ def relation(x: Array, y: Array, tolerance: float = 1e-9) -> str:
 
 def _unit_line(x: Array) -> Array:
     """Return the line with unit direction, after checking that it is one."""
-    x = np.asarray(x, dtype=float)
-    if x.shape[-1:] != (6,):
-        raise ShapeError('line', '(..., 6)', x.shape)
+    x = finite_array('line', x, (..., 6))
     size = np.linalg.norm(x[..., :3], axis=-1, keepdims=True)
-    if not (np.all(size > 0) and np.all(np.isfinite(x))):
+    if not np.all(size > 0):
         raise InvalidValueError(
             f'line: the direction must be finite and not zero, got {x.tolist()}')
     x = x / size

@@ -3,10 +3,10 @@
 """The reference points (poles) and axes a six-vector can have, by name."""
 from __future__ import annotations
 
-import numpy as np
+from .vectors import Array, checked_array
+from ..errors import UnknownNameError
 
-from .se3 import Array
-from ..errors import ShapeError, UnknownNameError
+__all__ = ['FRAMES', 'check_axes', 'resolve_pole']
 
 FRAMES = ('base', 'tip')
 
@@ -39,10 +39,7 @@ def resolve_pole(pole: str | Array, pose: Array) -> tuple[str, Array]:
             raise UnknownNameError('pole', pole, FRAMES)
         tip = pose[..., :3, 3]
         return pole, tip if pole == 'tip' else 0 * tip
-    point = np.asarray(pole)
-    if point.shape[-1:] != (3,):
-        raise ShapeError('pole', '(..., 3)', point.shape)
-    return 'point', point
+    return 'point', checked_array('pole', pole, (..., 3))
 
 
 def check_axes(axes: str) -> None:

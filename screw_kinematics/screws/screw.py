@@ -8,7 +8,7 @@ Mozzi): amplitude times unit screw.
 
 References
 ----------
-The paper, section 2.2.
+The paper, sections 2.1 (screws by their pitch) and 2.2 (Chasles' theorem).
 
 """
 from __future__ import annotations
@@ -20,8 +20,11 @@ import numpy as np
 
 from .exponential import log
 from .se3 import klein_form
-from .vectors import Array, cross, dot
-from ..errors import InvalidValueError, ShapeError
+from .vectors import Array, checked_array, cross, dot, finite_array
+from ..errors import InvalidValueError
+
+__all__ = ['Screw', 'are_reciprocal', 'prismatic_screw', 'reciprocal_screws',
+           'screw_of_displacement', 'screw_of_twist', 'unit_screw']
 
 # Ratios below this are rounding noise. For a twist it means: an axis further away than
 # 1e12 m is that of a translation, and a pitch below 1e-12 of |v| / |w| is none.
@@ -46,9 +49,14 @@ def unit_screw(axis: Array, point: Array, pitch: Any = 0) -> Array:
     -------
     array, shape (..., 6)
 
+    Raises
+    ------
+    ShapeError, InvalidValueError
+        Axis or point have not three components of numbers or symbols.
+
     References
     ----------
-    The paper, section 2.2.
+    The paper, section 2.1.
 
     Examples
     --------
@@ -58,7 +66,8 @@ def unit_screw(axis: Array, point: Array, pitch: Any = 0) -> Array:
     array([0., 0., 0., 0., 0., 1.])
 
     """
-    axis, point, pitch = np.asarray(axis), np.asarray(point), np.asarray(pitch)[..., None]
+    axis, point = checked_array('axis', axis, (..., 3)), checked_array('point', point, (..., 3))
+    pitch = checked_array('pitch', pitch, (...,))[..., None]
     if pitch.dtype != object and np.any(np.isinf(pitch)):
         infinite = np.isinf(pitch)
         finite = unit_screw(axis, point, np.where(infinite, 0, pitch)[..., 0])
@@ -80,13 +89,22 @@ def prismatic_screw(axis: Array) -> Array:
     -------
     array, shape (..., 6)
 
+    Raises
+    ------
+    ShapeError, InvalidValueError
+        The axis has not three components of numbers or symbols.
+
+    References
+    ----------
+    The paper, section 2.1.
+
     Examples
     --------
     >>> prismatic_screw(np.array([0, 1, 0]))
     array([0, 0, 0, 0, 1, 0])
 
     """
-    axis = np.asarray(axis)
+    axis = checked_array('axis', axis, (..., 3))
     return np.concatenate([0 * axis, axis], axis=-1)
 
 
@@ -160,11 +178,7 @@ def screw_of_twist(twist: Array) -> Screw:
     (array([0., 0., 1.]), array([1., 0., 0.]), 0.5, 2.0)
 
     """
-    twist = np.asarray(twist, dtype=float)
-    if twist.shape[-1:] != (6,):
-        raise ShapeError('twist', '(..., 6)', twist.shape)
-    if not np.all(np.isfinite(twist)):
-        raise InvalidValueError(f'twist: all components must be finite, got {twist.tolist()}')
+    twist = finite_array('twist', twist, (..., 6))
     turning, s = _polar(twist[..., :3])
     moving, u = _polar(twist[..., 3:])
     translation = turning <= _NEGLIGIBLE * moving
@@ -196,7 +210,11 @@ def screw_of_displacement(T: Array) -> Screw:    # noqa: N803
     Raises
     ------
     ShapeError, InvalidValueError
-        The last axes are not 4 x 4, or an entry is not finite.
+        T is no rigid displacement within 1e-6, or an entry is not finite.
+
+    References
+    ----------
+    The paper, section 2.2, for its first half: every displacement is one about a screw.
 
     Examples
     --------
@@ -227,9 +245,14 @@ def are_reciprocal(x: Array, y: Array, tolerance: float = 1e-12) -> Any:
     -------
     array of bool, shape (...)
 
+    Raises
+    ------
+    ShapeError, InvalidValueError
+        The last axis is not 6 long, or a component is not finite.
+
     References
     ----------
-    The paper, section 2.2.
+    The paper, section 2.3 (Klein form).
 
     Examples
     --------
@@ -237,7 +260,8 @@ def are_reciprocal(x: Array, y: Array, tolerance: float = 1e-12) -> Any:
     True
 
     """
-    size = [np.linalg.norm(np.asarray(part, dtype=float), axis=-1)
+    x, y = finite_array('x', x, (..., 6)), finite_array('y', y, (..., 6))
+    size = [np.linalg.norm(part, axis=-1)
             for part in (x[..., :3], y[..., 3:], y[..., :3], x[..., 3:])]
     return np.abs(klein_form(x, y)) <= tolerance * (size[0] * size[1] + size[2] * size[3])
 
@@ -262,6 +286,15 @@ def reciprocal_screws(screws: Array, length: float = 1.0) -> Array:
     array, shape (6 - rank, 6)
         Unit screws about the same pole (translations have a unit dual part).
 
+    Raises
+    ------
+    ShapeError, InvalidValueError
+        The screws are no array of shape (n, 6), or a component is not finite.
+
+    References
+    ----------
+    The paper, section 2.3 (Klein form).
+
     Examples
     --------
     A revolute joint alone: every wrench with no moment about its axis.
@@ -270,9 +303,9 @@ def reciprocal_screws(screws: Array, length: float = 1.0) -> Array:
     (5, 6)
 
     """
-    screws = np.asarray(screws, dtype=float)
-    if screws.ndim != 2 or screws.shape[1] != 6:
-        raise ShapeError('screws', '(n, 6)', screws.shape)
+    screws = finite_array('screws', screws, (None, 6))
+    if not 0 < length < np.inf:
+        raise InvalidValueError(f'length must be positive and finite, got {length!r}')
     scale = np.array([1, 1, 1, 1 / length, 1 / length, 1 / length])
     _, sizes, rows = np.linalg.svd(screws * scale)
     rank = int(np.sum(sizes > _RANK * sizes[0])) if len(sizes) and sizes[0] > 0 else 0

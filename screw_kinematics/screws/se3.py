@@ -4,10 +4,12 @@
 The Lie algebra se(3) on six-vectors.
 
 A six-vector is ``(angular; linear)``, the primal and the dual part of a screw, and has
-shape (..., 6). A wrench as a screw is ``(force; moment)``: its primal part is the force.
-Nothing here casts: all functions but :func:`exp` and :func:`log` run on floats, on batches,
-and on object arrays of any scalar type that has ``+`` and ``*`` (symbols, traced
-expressions).
+shape (..., 6): the last axis holds it, so that a column of shape (6, 1) is refused. A SymPy
+column matrix is taken as the six-vector that it stands for. A wrench as a screw is
+``(force; moment)``: its primal part is the force. Nothing here casts: all functions but
+:func:`exp` and :func:`log` run on floats, on batches, and on object arrays of any scalar type
+that has ``+`` and ``*`` (symbols, traced expressions). Poses and rotations of floats are
+checked to be such within 1e-6.
 
 References
 ----------
@@ -22,12 +24,16 @@ from typing import Any
 import numpy as np
 
 from .exponential import exp, log
-from .vectors import Array, cos, cross, dot, matvec, rotation_about, sin, skew
+from .rigid import checked_pose, checked_rotation
+from .vectors import (
+    Array, checked_array, cos, cross, dot, matvec, rotation_about, sin, skew)
 
 __all__ = [
     'Array', 'ad', 'adjoint', 'coadjoint', 'cos', 'cross', 'dot', 'exp', 'inverse',
     'killing_form', 'klein_form', 'lie_product', 'log', 'matvec', 'rotate', 'rotation_about',
     'shift_pole', 'sin', 'skew']
+
+SIX = (..., 6)
 
 
 def lie_product(x: Array, y: Array) -> Array:
@@ -46,9 +52,14 @@ def lie_product(x: Array, y: Array) -> Array:
     -------
     array, shape (..., 6)
 
+    Raises
+    ------
+    ShapeError, InvalidValueError
+        The last axis is not 6 long, or an argument is no array of numbers or symbols.
+
     References
     ----------
-    The paper, section 2.2.
+    The paper, section 2.3.
 
     Examples
     --------
@@ -56,7 +67,7 @@ def lie_product(x: Array, y: Array) -> Array:
     array([0, 0, 1, 0, 0, 0])
 
     """
-    x, y = np.asarray(x), np.asarray(y)
+    x, y = checked_array('x', x, SIX), checked_array('y', y, SIX)
     wx, vx = x[..., :3], x[..., 3:]
     wy, vy = y[..., :3], y[..., 3:]
     return np.concatenate(
@@ -76,13 +87,18 @@ def ad(x: Array) -> Array:
     -------
     array, shape (..., 6, 6)
 
+    Raises
+    ------
+    ShapeError, InvalidValueError
+        The last axis is not 6 long, or an argument is no array of numbers or symbols.
+
     Examples
     --------
     >>> ad(np.array([1, 0, 0, 0, 0, 0])) @ np.array([0, 1, 0, 0, 0, 0])
     array([0, 0, 1, 0, 0, 0])
 
     """
-    x = np.asarray(x)
+    x = checked_array('x', x, SIX)
     w, v = skew(x[..., :3]), skew(x[..., 3:])
     return _blocks(w, 0 * w, v, w)
 
@@ -102,9 +118,14 @@ def klein_form(x: Array, y: Array) -> Any:
     -------
     array, shape (...)
 
+    Raises
+    ------
+    ShapeError, InvalidValueError
+        The last axis is not 6 long, or an argument is no array of numbers or symbols.
+
     References
     ----------
-    The paper, section 2.2.
+    The paper, section 2.3.
 
     Examples
     --------
@@ -112,7 +133,7 @@ def klein_form(x: Array, y: Array) -> Any:
     1
 
     """
-    x, y = np.asarray(x), np.asarray(y)
+    x, y = checked_array('x', x, SIX), checked_array('y', y, SIX)
     return dot(x[..., :3], y[..., 3:]) + dot(y[..., :3], x[..., 3:])
 
 
@@ -131,9 +152,14 @@ def killing_form(x: Array, y: Array) -> Any:
     -------
     array, shape (...)
 
+    Raises
+    ------
+    ShapeError, InvalidValueError
+        The last axis is not 6 long, or an argument is no array of numbers or symbols.
+
     References
     ----------
-    The paper, section 2.2.
+    The paper, section 2.3.
 
     Examples
     --------
@@ -141,7 +167,7 @@ def killing_form(x: Array, y: Array) -> Any:
     6
 
     """
-    x, y = np.asarray(x), np.asarray(y)
+    x, y = checked_array('x', x, SIX), checked_array('y', y, SIX)
     return dot(x[..., :3], y[..., :3])
 
 
@@ -163,13 +189,19 @@ def shift_pole(x: Array, displacement: Array) -> Array:
     -------
     array, shape (..., 6)
 
+    Raises
+    ------
+    ShapeError, InvalidValueError
+        The last axes are not 6 and 3 long.
+
     Examples
     --------
     >>> shift_pole(np.array([0, 0, 1, 0, 0, 0]), np.array([2, 0, 0]))
     array([0, 0, 1, 0, 2, 0])
 
     """
-    x, displacement = np.asarray(x), np.asarray(displacement)
+    x = checked_array('x', x, SIX)
+    displacement = checked_array('displacement', displacement, (..., 3))
     w = x[..., :3]
     return np.concatenate(
         np.broadcast_arrays(w, x[..., 3:] + cross(w, displacement)), axis=-1)
@@ -190,13 +222,18 @@ def rotate(rotation: Array, x: Array) -> Array:
     -------
     array, shape (..., 6)
 
+    Raises
+    ------
+    ShapeError, InvalidValueError
+        The last axes are not 3 x 3 and 6, or the rotation is none within 1e-6.
+
     Examples
     --------
     >>> rotate(np.array([[0, -1, 0], [1, 0, 0], [0, 0, 1]]), np.array([1, 0, 0, 0, 1, 0]))
     array([ 0,  1,  0, -1,  0,  0])
 
     """
-    rotation, x = np.asarray(rotation), np.asarray(x)
+    rotation, x = checked_rotation('rotation', rotation), checked_array('x', x, SIX)
     return np.concatenate(
         [matvec(rotation, x[..., :3]), matvec(rotation, x[..., 3:])], axis=-1)
 
@@ -218,6 +255,11 @@ def adjoint(T: Array) -> Array:    # noqa: N803
     -------
     array, shape (..., 6, 6)
 
+    Raises
+    ------
+    ShapeError, InvalidValueError
+        T is no rigid displacement within 1e-6.
+
     Examples
     --------
     A rotation about the z axis of a frame whose origin is at x = 1.
@@ -227,7 +269,7 @@ def adjoint(T: Array) -> Array:    # noqa: N803
     array([ 0,  0,  1,  0, -1,  0])
 
     """
-    T = np.asarray(T)    # noqa: N806
+    T = checked_pose('T', T)    # noqa: N806
     R = T[..., :3, :3]    # noqa: N806
     return _blocks(R, 0 * R, skew(T[..., :3, 3]) @ R, R)
 
@@ -248,6 +290,11 @@ def coadjoint(T: Array) -> Array:    # noqa: N803
     -------
     array, shape (..., 6, 6)
 
+    Raises
+    ------
+    ShapeError, InvalidValueError
+        T is no rigid displacement within 1e-6.
+
     Examples
     --------
     A force along y that acts at x = 1 has the moment 1 about the origin.
@@ -257,7 +304,7 @@ def coadjoint(T: Array) -> Array:    # noqa: N803
     array([0, 0, 1, 0, 1, 0])
 
     """
-    T = np.asarray(T)    # noqa: N806
+    T = checked_pose('T', T)    # noqa: N806
     R = T[..., :3, :3]    # noqa: N806
     return _blocks(R, skew(T[..., :3, 3]) @ R, 0 * R, R)
 
@@ -275,13 +322,18 @@ def inverse(T: Array) -> Array:    # noqa: N803
     -------
     array, shape (..., 4, 4)
 
+    Raises
+    ------
+    ShapeError, InvalidValueError
+        T is no rigid displacement within 1e-6.
+
     Examples
     --------
     >>> inverse(np.array([[0, -1, 0, 5], [1, 0, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]))[:3, 3]
     array([0, 5, 0])
 
     """
-    T = np.asarray(T)    # noqa: N806
+    T = checked_pose('T', T)    # noqa: N806
     R = np.swapaxes(T[..., :3, :3], -1, -2)    # noqa: N806
     upper = np.concatenate([R, -matvec(R, T[..., :3, 3])[..., None]], axis=-1)
     return np.concatenate([upper, T[..., 3:, :]], axis=-2)

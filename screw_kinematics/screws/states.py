@@ -12,7 +12,13 @@ One recursion carries everything: a field fixed in a body with the states X chan
     D_0 = Y,   D_k = sum_{j<k} C(k-1, j) [X_{j+1}, D_{k-1-j}]
 
 The body may be a link (chains), a moving base (:func:`compose`), a moving observer
-(:func:`relative`), or the body itself (:func:`body_derivatives`). It never casts.
+(:func:`relative`), or the body itself (:func:`body_derivatives`). It never casts, and holds
+to any order.
+
+References
+----------
+The paper, sections 2.4.1 and 2.4.2, for order 1 and 2.
+
 """
 from __future__ import annotations
 
@@ -23,9 +29,15 @@ from typing import Any
 import numpy as np
 
 from .se3 import Array, cross, lie_product
+from .vectors import checked_array
+from ..errors import InvalidValueError
+
+__all__ = ['body_derivatives', 'body_fixed_derivatives', 'chain_states',
+           'classical_from_reduced', 'compose', 'link_states', 'reduced_from_classical',
+           'relative']
 
 
-def carried_along(states: Sequence[Array], field: Array, order: int) -> list[Array]:
+def body_fixed_derivatives(states: Sequence[Array], field: Array, order: int) -> list[Array]:
     """
     Return a body-fixed six-vector and its time derivatives, seen from fixed space.
 
@@ -43,13 +55,22 @@ def carried_along(states: Sequence[Array], field: Array, order: int) -> list[Arr
     list of array, shape (..., 6)
         D_0 to D_(order-1).
 
+    Raises
+    ------
+    ShapeError, InvalidValueError
+        The field is no six-vector, or there are too few states.
+
     Examples
     --------
     >>> spin = np.array([0, 0, 1, 0, 0, 0])
-    >>> carried_along([spin], np.array([1, 0, 0, 0, 0, 0]), 2)[1]
+    >>> body_fixed_derivatives([spin], np.array([1, 0, 0, 0, 0, 0]), 2)[1]
     array([0, 1, 0, 0, 0, 0])
 
     """
+    field = checked_array('field', field, (..., 6))
+    if len(states) < order - 1:
+        raise InvalidValueError(
+            f'order {order} needs {order - 1} states of the body, got {len(states)}')
     carried: list[Any] = [field]
     for k in range(1, order):
         carried.append(sum(
@@ -57,7 +78,7 @@ def carried_along(states: Sequence[Array], field: Array, order: int) -> list[Arr
     return carried
 
 
-def chain_states(screws: Sequence[Array], derivatives: Sequence[Array]) -> list[Array]:
+def chain_states(screws: Sequence[Array], derivatives: Sequence[Any]) -> list[Array]:
     """
     Return the states of the last body of an open chain, of order 1 to N.
 
@@ -70,42 +91,95 @@ def chain_states(screws: Sequence[Array], derivatives: Sequence[Array]) -> list[
 
     Parameters
     ----------
-    screws : sequence of array, shape (..., 6)
+    screws : array, shape (..., joints, 6), or sequence of array, shape (..., 6)
         Present unit screws of the joints from base to tip, about one pole, in one set
         of axes.
-    derivatives : sequence of array, shape (..., n)
-        Joint rates, accelerations, ... (first, second, ... derivative), N of them.
+    derivatives : sequence of array_like, shape (..., joints)
+        Joint rates, accelerations, ... (first, second, ... derivative), N of them; numbers
+        or symbols.
 
     Returns
     -------
     list of N arrays, shape (..., 6)
         Reduced states about the pole of the screws, in their axes.
 
+    Raises
+    ------
+    ShapeError, InvalidValueError
+        Screws and derivatives are not of as many joints.
+
     References
     ----------
-    The paper, sections 3.1 and 3.2 for order 1 and 2.
+    The paper, Theorems 3 and 4, for order 1 and 2.
 
     Examples
     --------
     >>> screw = np.array([0, 0, 1, 0, -1, 0])
-    >>> chain_states([screw], [np.array([2]), np.array([3])])[1]
+    >>> chain_states([screw], [[2], [3]])[1]
     array([ 0,  0,  3,  0, -3,  0])
 
     """
-    order = len(derivatives)
-    states: list[Any] = [None] * order
-    for i, screw in enumerate(screws):
-        rates = [np.asarray(d[..., i])[..., None] for d in derivatives]
+    bodies = link_states(screws, derivatives)
+    if not bodies:
+        return [np.zeros(np.shape(d)[:-1] + (6,)) for d in derivatives]
+    return bodies[-1]
+
+
+def link_states(screws: Sequence[Array], derivatives: Sequence[Any]) -> list[list[Array]]:
+    """
+    Return the states of every body of an open chain, from the first moving one to the last.
+
+    Parameters
+    ----------
+    screws, derivatives
+        As of :func:`chain_states`.
+
+    Returns
+    -------
+    list of (list of N arrays, shape (..., 6))
+        For each joint the states of order 1 to N of the body behind it; all about the one
+        pole of the screws.
+
+    Raises
+    ------
+    ShapeError, InvalidValueError
+        Screws and derivatives are not of as many joints.
+
+    References
+    ----------
+    The paper, Theorems 3 and 4: the partial sums.
+
+    Examples
+    --------
+    >>> screws = [np.array([0, 0, 1, 0, 0, 0]), np.array([0, 0, 1, 0, -1, 0])]
+    >>> [body[0].tolist() for body in link_states(screws, [[2, 3]])]
+    [[0, 0, 2, 0, 0, 0], [0, 0, 5, 0, -3, 0]]
+
+    """
+    joints = _screws(screws)
+    motion = [checked_array(f'derivative {n}', d, (..., len(joints)))
+              for n, d in enumerate(derivatives, start=1)]
+    order = len(motion)
+    bodies: list[list[Array]] = []
+    for i, screw in enumerate(joints):
+        rates = [np.asarray(d[..., i])[..., None] for d in motion]
         # The base is at rest: the first joint's screw does not change.
-        transported = carried_along(states, screw, order) if i > 0 else [screw]
+        transported = body_fixed_derivatives(bodies[-1], screw, order) if i > 0 else [screw]
+        states = []
         for n in range(1, order + 1):
             added = sum(
                 comb(n - 1, k) * rates[n - k - 1] * transported[k]
                 for k in range(min(n, len(transported))))
-            states[n - 1] = added if i == 0 else states[n - 1] + added
-    if not screws:
-        return [np.zeros(np.shape(d)[:-1] + (6,)) for d in derivatives]
-    return states
+            states.append(np.asarray(added if i == 0 else bodies[-1][n - 1] + added))
+        bodies.append(states)
+    return bodies
+
+
+def _screws(screws: Any) -> list[Array]:
+    """Return the screws one by one: of an array they are along the last axis but one."""
+    if isinstance(screws, np.ndarray):
+        return list(np.moveaxis(checked_array('screws', screws, (..., None, 6)), -2, 0))
+    return [checked_array(f'screw {i}', screw, (..., 6)) for i, screw in enumerate(screws, 1)]
 
 
 def classical_from_reduced(states: Sequence[Array]) -> list[Array]:
@@ -128,6 +202,11 @@ def classical_from_reduced(states: Sequence[Array]) -> list[Array]:
     -------
     list of N arrays, shape (..., 6)
 
+    Raises
+    ------
+    ShapeError, InvalidValueError
+        A state is no six-vector of numbers or symbols.
+
     Examples
     --------
     Uniform rotation about z, point at x = 1: centripetal acceleration -1.
@@ -136,10 +215,11 @@ def classical_from_reduced(states: Sequence[Array]) -> list[Array]:
     -1.0
 
     """
-    angular = [np.asarray(x)[..., :3] for x in states]
+    states = _six_vectors(states)
+    angular = [x[..., :3] for x in states]
     linear: list[Array] = []
     for n, state in enumerate(states, start=1):
-        point = np.asarray(state)[..., 3:]
+        point = state[..., 3:]
         for k in range(1, n):
             point = point + comb(n - 1, k) * cross(angular[n - 1 - k], linear[k - 1])
         linear.append(point)
@@ -161,6 +241,11 @@ def reduced_from_classical(motions: Sequence[Array]) -> list[Array]:
     -------
     list of arrays, shape (..., 6)
 
+    Raises
+    ------
+    ShapeError, InvalidValueError
+        A state is no six-vector of numbers or symbols.
+
     Examples
     --------
     >>> twist = np.array([0, 0, 1, 0, 1, 0])
@@ -168,8 +253,8 @@ def reduced_from_classical(motions: Sequence[Array]) -> list[Array]:
     array([0, 0, 0, 0, 0, 0])
 
     """
-    angular = [np.asarray(x)[..., :3] for x in motions]
-    linear = [np.asarray(x)[..., 3:] for x in motions]
+    motions = _six_vectors(motions)
+    angular, linear = [x[..., :3] for x in motions], [x[..., 3:] for x in motions]
     out = []
     for n in range(1, len(motions) + 1):
         dual = linear[n - 1]
@@ -199,9 +284,14 @@ def compose(outer: Sequence[Array], inner: Sequence[Array]) -> list[Array]:
         States of body 2. All three about one pole, in one set of axes; the observer's
         pole is the point of body 1 that now coincides with it.
 
+    Raises
+    ------
+    ShapeError, InvalidValueError
+        A state is no six-vector of numbers or symbols.
+
     References
     ----------
-    The paper, section 3.2; the Coriolis-Lie term of its Theorem 4 enters once.
+    The paper, section 2.4.2; the Coriolis-Lie term of its Theorem 4 enters once.
 
     Examples
     --------
@@ -211,8 +301,9 @@ def compose(outer: Sequence[Array], inner: Sequence[Array]) -> list[Array]:
     array([0, 0, 0, 0, 1, 0])
 
     """
+    outer, inner = _six_vectors(outer), _six_vectors(inner)
     total = []
-    carried = [carried_along(outer, y, len(inner) - m) for m, y in enumerate(inner)]
+    carried = [body_fixed_derivatives(outer, y, len(inner) - m) for m, y in enumerate(inner)]
     for n, x in enumerate(outer[:len(inner)], start=1):
         total.append(x + sum(comb(n - 1, k) * carried[n - 1 - k][k] for k in range(n)))
     return total
@@ -237,6 +328,11 @@ def relative(total: Sequence[Array], observer: Sequence[Array]) -> list[Array]:
     list of N arrays, shape (..., 6)
         All about one pole, in one set of axes.
 
+    Raises
+    ------
+    ShapeError, InvalidValueError
+        A state is no six-vector of numbers or symbols.
+
     Examples
     --------
     Two bodies at rest, seen from a turntable, turn about its axis backwards.
@@ -245,7 +341,8 @@ def relative(total: Sequence[Array], observer: Sequence[Array]) -> list[Array]:
     array([ 0,  0, -1,  0,  0,  0])
 
     """
-    return _observed([z - x for z, x in zip(total, observer)], observer)
+    total, observer = _six_vectors(total), _six_vectors(observer)
+    return _seen_from([z - x for z, x in zip(total, observer)], observer)
 
 
 def body_derivatives(states: Sequence[Array]) -> list[Array]:
@@ -269,6 +366,11 @@ def body_derivatives(states: Sequence[Array]) -> list[Array]:
         body point at the pole, written in the axes of ``states`` (in the body's own axes,
         where they are plain derivatives, if ``states`` were).
 
+    Raises
+    ------
+    ShapeError, InvalidValueError
+        A state is no six-vector of numbers or symbols.
+
     Examples
     --------
     >>> twist = np.array([0, 0, 1, 0, 0, 0])
@@ -277,14 +379,20 @@ def body_derivatives(states: Sequence[Array]) -> list[Array]:
     array([ 0, -1,  0,  0,  0,  0])
 
     """
-    return _observed(states, states)
+    states = _six_vectors(states)
+    return _seen_from(states, states)
 
 
-def _observed(derivatives: Sequence[Array], observer: Sequence[Array]) -> list[Array]:
+def _six_vectors(states: Sequence[Any]) -> list[Array]:
+    return [checked_array(f'state of order {n}', x, (..., 6))
+            for n, x in enumerate(states, start=1)]
+
+
+def _seen_from(derivatives: Sequence[Array], observer: Sequence[Array]) -> list[Array]:
     """Return the derivatives, as a moving observer sees them, of a field given in space."""
     seen: list[Any] = []
     carried: list[list[Array]] = []
     for n, x in enumerate(derivatives):
         seen.append(x - sum(comb(n, k) * carried[n - k][k] for k in range(1, n + 1)))
-        carried.append(carried_along(observer, seen[-1], len(derivatives) - n))
+        carried.append(body_fixed_derivatives(observer, seen[-1], len(derivatives) - n))
     return seen

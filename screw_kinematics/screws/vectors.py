@@ -5,7 +5,8 @@ Three-vectors and rotations of any scalar type.
 
 Nothing here casts: all functions run on floats, on batches, and on object arrays of any
 scalar type that has ``+`` and ``*`` (symbols, traced expressions). NumPy's own ``cross``
-does not take object arrays of every kind, hence these few.
+does not take object arrays of every kind, hence these few. Arrays from outside are checked
+by :func:`checked_array` and, where only numbers will do, :func:`finite_array`.
 """
 from __future__ import annotations
 
@@ -14,8 +15,113 @@ from typing import Any
 
 import numpy as np
 
+from ..errors import InvalidValueError, ShapeError
+
+__all__ = ['Array', 'checked_array', 'cos', 'cross', 'dot', 'finite_array', 'matvec',
+           'rotation_about', 'sin', 'skew']
+
 Array = np.ndarray[Any, np.dtype[Any]]
 _IDENTITY = np.eye(3, dtype=int)
+
+
+def checked_array(name: str, value: Any, shape: tuple[Any, ...]) -> Array:
+    """
+    Return a value as an array of any scalar type, after checking its shape.
+
+    Parameters
+    ----------
+    name : str
+        What it is, for messages.
+    value : array_like
+        Numbers, symbols or traced scalars. A SymPy column matrix is taken as the vector
+        that it stands for; a NumPy array of shape (n, 1) is not.
+    shape : tuple
+        The shape wanted; an ``...`` in front allows any axes before, a None any length.
+
+    Returns
+    -------
+    array
+
+    Raises
+    ------
+    ShapeError
+        The shape is another one.
+    InvalidValueError
+        The value is no array of numbers or symbols.
+
+    Examples
+    --------
+    >>> checked_array('point', [1, 2, 3], (..., 3))
+    array([1, 2, 3])
+    >>> checked_array('point', [[1], [2], [3]], (..., 3))
+    Traceback (most recent call last):
+    ...
+    screw_kinematics.errors.ShapeError: point: expected shape (..., 3), got (3, 1)
+
+    """
+    if getattr(value, 'is_Matrix', False) and value.shape[1] == 1 and len(shape) < 3:
+        value = value.tolist()
+        array = np.array([row[0] for row in value], dtype=object)
+    else:
+        try:
+            array = np.asarray(value)
+        except ValueError:      # rows of different lengths
+            raise InvalidValueError(f'{name}: must be an array, got {value!r}') from None
+    if array.dtype.kind not in 'biufcO':
+        raise InvalidValueError(f'{name} must be numbers, got {array.tolist()!r}')
+    anywhere = shape[:1] == (...,)
+    wanted = shape[1:] if anywhere else shape
+    found = array.shape[array.ndim - len(wanted):] if anywhere else array.shape
+    if len(found) != len(wanted) or any(
+            n is not None and n != m for n, m in zip(wanted, found)):
+        names = ['...' if n is ... else 'N' if n is None else str(n) for n in shape]
+        raise ShapeError(name, f'({", ".join(names)}{"," if len(names) == 1 else ""})',
+                         array.shape)
+    return array
+
+
+def finite_array(name: str, value: Any, shape: tuple[Any, ...]) -> Array:
+    """
+    Return a value as an array of finite floats, after checking it.
+
+    Parameters
+    ----------
+    name : str
+        What it is, for messages.
+    value : array_like
+        Numbers.
+    shape : tuple
+        As in :func:`checked_array`.
+
+    Returns
+    -------
+    array of float
+
+    Raises
+    ------
+    ShapeError
+        The shape is another one.
+    InvalidValueError
+        An entry is no number or not finite.
+
+    Examples
+    --------
+    >>> finite_array('axis', (0, 0, 1), (3,))
+    array([0., 0., 1.])
+    >>> finite_array('axis', (0, 0, np.nan), (3,))
+    Traceback (most recent call last):
+    ...
+    screw_kinematics.errors.InvalidValueError: axis must be finite, got [0.0, 0.0, nan]
+
+    """
+    array = checked_array(name, value, shape)
+    try:
+        array = array.astype(float)
+    except (TypeError, ValueError):
+        raise InvalidValueError(f'{name} must be numbers, got {array.tolist()!r}') from None
+    if not np.all(np.isfinite(array)):
+        raise InvalidValueError(f'{name} must be finite, got {array.tolist()!r}')
+    return array
 
 
 def _elementwise(name: str) -> Callable[[Any], Any]:
@@ -80,6 +186,15 @@ def dot(a: Array, b: Array) -> Any:
     """
     Return the inner product over the last axis, for any scalar type.
 
+    Parameters
+    ----------
+    a, b : array, shape (..., n)
+        Factors, in the same axes.
+
+    Returns
+    -------
+    array, shape (...)
+
     Examples
     --------
     >>> int(dot(np.array([1, 2, 3]), np.array([4, 5, 6])))
@@ -92,6 +207,17 @@ def dot(a: Array, b: Array) -> Any:
 def matvec(matrix: Array, vector: Array) -> Array:
     """
     Return the product of (batches of) matrices and vectors of any scalar type.
+
+    Parameters
+    ----------
+    matrix : array, shape (..., m, n)
+        Left factor.
+    vector : array, shape (..., n)
+        Right factor.
+
+    Returns
+    -------
+    array, shape (..., m)
 
     Examples
     --------

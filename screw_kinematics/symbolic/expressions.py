@@ -10,7 +10,7 @@ module makes geometry exact, names the coordinates, and simplifies results. Need
 
 References
 ----------
-The paper, section 4 (its "Maple sheets").
+The paper, section 3 (its four Maple sheets) and section 4.
 
 """
 from __future__ import annotations

@@ -48,7 +48,7 @@ def test_inverse_acceleration_gives_the_acceleration(chain, kind, pole, axes):
     wanted = np.random.default_rng(4).normal(size=6)
     solution = chain.inverse_acceleration(q, qd, wanted, kind, pole, axes, solver=EXACT)
     state = chain.state(q, qd, solution.rates).about(pole).expressed_in(axes)
-    found = state.classical(2) if kind == 'classical' else state.acceleration
+    found = state.classical(2) if kind == 'classical' else state.reduced_acceleration
     np.testing.assert_allclose(found, wanted, rtol=0, atol=1e-10)
 
 

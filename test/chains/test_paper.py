@@ -39,7 +39,7 @@ def test_puma_at_time_zero():
                                [128.262094, 144.769510, -130.620410], rtol=0, atol=1e-6)
     np.testing.assert_allclose(state.classical(2)[3:] * 1e3,
                                [-75.851720, 58.070508, -78.416507], rtol=0, atol=1e-6)
-    np.testing.assert_allclose(state.acceleration[3:] * 1e3,
+    np.testing.assert_allclose(state.reduced_acceleration[3:] * 1e3,
                                [102.442998, -46.636100, -19.389517], rtol=0, atol=1e-6)
 
 

@@ -84,7 +84,7 @@ def test_batches_are_single_samples_side_by_side():
     motion = robots.random_motion(8, GRIPPER.dof, shape=(2, 3))
     batch, single = GRIPPER.state(*motion), GRIPPER.state(*motion[:, 1, 2])
     np.testing.assert_allclose(batch.pose[1, 2], single.pose, rtol=0, atol=1e-15)
-    np.testing.assert_allclose(batch.jounce[1, 2], single.jounce, rtol=1e-13)
+    np.testing.assert_allclose(batch.reduced_snap[1, 2], single.reduced_snap, rtol=1e-13)
 
 
 def test_agrees_with_pinocchio():

@@ -73,8 +73,8 @@ def test_tip_axes_and_the_derivatives_of_tip_components():
         np.testing.assert_allclose(state.about('base').body_derivatives()[n], motion.body[n],
                                    rtol=0, atol=1e-11 * np.abs(motion.body[n]).max())
     # Equal to the acceleration, not to the jerk.
-    np.testing.assert_allclose(in_tip.acceleration, motion.body[1], rtol=1e-10)
-    assert np.abs(in_tip.jerk - motion.body[2]).max() > 0.1
+    np.testing.assert_allclose(in_tip.reduced_acceleration, motion.body[1], rtol=1e-10)
+    assert np.abs(in_tip.reduced_jerk - motion.body[2]).max() > 0.1
 
 
 @pytest.mark.parametrize('shape', [(), (3,)])
@@ -99,13 +99,29 @@ def test_pole_at_the_base_is_the_spatial_twist():
 
 def test_orders_have_names_and_missing_ones_are_refused():
     state = FIRST.state(*FIRST_MOTION[:4])
-    assert state.velocity is state.reduced[0] and state.acceleration is state.reduced[1]
-    assert state.jerk is state.reduced[2]
-    with pytest.raises(InvalidValueError, match='jounce needs the joint derivatives of order '
+    assert state.velocity is state.reduced[0] and state.reduced_acceleration is state.reduced[1]
+    assert state.reduced_jerk is state.reduced[2]
+    with pytest.raises(InvalidValueError, match='snap needs the joint derivatives of order '
                                                 '1 to 4; this state was computed with 3'):
-        state.snap
+        state.reduced_snap
     with pytest.raises(InvalidValueError, match='order 0 needs'):
         state.classical(0)
+
+
+@pytest.mark.parametrize('old, n', [('acceleration', 2), ('jerk', 3), ('jounce', 4), ('snap', 4)])
+def test_the_old_names_of_reduced_states_warn(old, n):
+    """They do not say which of two six-vectors they are; the new ones do."""
+    state = FIRST.state(*FIRST_MOTION)
+    with pytest.warns(DeprecationWarning, match=f'BodyState.{old} is the reduced state'):
+        assert getattr(state, old) is state.reduced[n - 1]
+
+
+@pytest.mark.parametrize('name, n', [('acceleration', 2), ('jerk', 3), ('snap', 4)])
+def test_classical_motion_by_name_is_the_derivative_of_the_tip(name, n):
+    state, motion = FIRST.state(*FIRST_MOTION), exact.tip_motion(FIRST, *FIRST_MOTION)
+    np.testing.assert_allclose(getattr(state, f'classical_{name}'), motion.classical[n - 1],
+                               rtol=0, atol=1e-11 * np.abs(motion.classical[n - 1]).max())
+    np.testing.assert_array_equal(getattr(state, f'reduced_{name}'), state.reduced[n - 1])
 
 
 def test_the_lower_order_of_two_states_counts():

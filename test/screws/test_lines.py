@@ -52,13 +52,13 @@ def test_distance_of_parallel_lines(sense):
     assert lines.distance(lines.line(p, d), y) == pytest.approx(0.4, rel=1e-12)
 
 
-def test_relations():
+def test_mutual_positions():
     p, d, a = points(3)
     x = lines.line(p, d)
-    assert lines.relation(x, lines.line(p + 2 * d, -3 * d)) == 'identical'
-    assert lines.relation(x, lines.line(p + np.cross(d, a), d)) == 'parallel'
-    assert lines.relation(x, lines.line_through(p + d, a)) == 'intersecting'
-    assert lines.relation(x, lines.line(a, np.cross(d, a))) == 'skew'
+    assert lines.mutual_position(x, lines.line(p + 2 * d, -3 * d)) == 'identical'
+    assert lines.mutual_position(x, lines.line(p + np.cross(d, a), d)) == 'parallel'
+    assert lines.mutual_position(x, lines.line_through(p + d, a)) == 'intersecting'
+    assert lines.mutual_position(x, lines.line(a, np.cross(d, a))) == 'skew'
 
 
 def test_distance_broadcasts():
@@ -76,4 +76,23 @@ def test_what_is_no_line_is_refused():
     with pytest.raises(ShapeError, match=r'line: expected shape \(\.\.\., 6\), got \(5,\)'):
         lines.nearest_point(np.ones(5))
     with pytest.raises(ShapeError, match=r'line y: expected shape \(6,\)'):
-        lines.relation(x, np.stack([x, x]))
+        lines.mutual_position(x, np.stack([x, x]))
+
+
+@pytest.mark.parametrize('shape', [(), (5,)])
+def test_common_perpendicular_is_perpendicular_and_as_long_as_the_distance(shape):
+    x, y = (lines.line(*points(2, shape, seed=k)) for k in (3, 4))
+    on_x, on_y = lines.common_perpendicular(x, y)
+    for foot, line in ((on_x, x), (on_y, y)):
+        np.testing.assert_allclose(lines.moment_about(line, foot), 0, atol=1e-12)
+        np.testing.assert_allclose(se3.dot(on_y - on_x, line[..., :3]), 0, atol=1e-12)
+    np.testing.assert_allclose(np.linalg.norm(on_y - on_x, axis=-1), lines.distance(x, y),
+                               rtol=1e-10)
+
+
+def test_common_perpendicular_of_parallel_and_meeting_lines():
+    x = lines.line(np.array([0, 1, 5]), np.array([0, 0, 1]))
+    on_x, on_y = lines.common_perpendicular(x, lines.line(np.array([3, 1, 2]), -x[:3]))
+    np.testing.assert_allclose([on_x, on_y], [[0, 1, 0], [3, 1, 0]], atol=1e-15)
+    feet = lines.common_perpendicular(x, lines.line(np.array([4, 1, 7]), np.array([1, 0, 0])))
+    np.testing.assert_allclose(feet, [[0, 1, 7]] * 2, atol=1e-15)

@@ -4,6 +4,7 @@
 import numpy as np
 import pytest
 
+from screw_kinematics.errors import InvalidValueError, ShapeError
 from screw_kinematics.screws import se3, states
 from screw_kinematics.screws.se3 import lie_product
 from support import exact, robots
@@ -170,3 +171,49 @@ def test_body_fixed_components_do_not_differentiate_to_the_jerk():
     np.testing.assert_allclose(second, J - b(V, A), rtol=1e-12)
     np.testing.assert_allclose(third, S - 2 * b(V, J) + b(V, b(V, A)), rtol=1e-12)
     assert np.abs(second - J).max() > 0.1
+
+
+def test_chain_states_takes_arrays_lists_and_symbols():
+    """Screws as chain.screws gives them, rates as people write them."""
+    chain, q, derivatives, _ = screws_and_motion(KINDS[3])
+    screws = chain.screws(q)
+    expected = chain.state(q, *derivatives).reduced
+    for rates in (derivatives, [d.tolist() for d in derivatives], [tuple(d) for d in derivatives]):
+        for found, known in zip(states.chain_states(screws, rates), expected):
+            assert_close(found, known, 1e-13)
+    sympy = pytest.importorskip('sympy')
+    symbols = sympy.symbols('u1:8')
+    (twist,) = states.chain_states(screws, [symbols])
+    values = dict(zip(symbols, derivatives[0]))
+    assert_close(np.array([float(x.subs(values)) for x in twist]), expected[0], 1e-13)
+
+
+def test_chain_states_takes_batches_of_screws():
+    chain, q, derivatives, _ = screws_and_motion(KINDS[3], shape=(2, 3))
+    found = states.chain_states(chain.screws(q), derivatives)
+    for state, expected in zip(found, chain.state(q, *derivatives).reduced):
+        assert_close(state, expected, 1e-13)
+
+
+def test_link_states_are_those_of_the_chains_up_to_each_link():
+    _, _, derivatives, screws = screws_and_motion(KINDS[3])
+    bodies = states.link_states(screws, derivatives)
+    for i, body in enumerate(bodies, start=1):
+        shorter = states.chain_states(screws[:i], [d[:i] for d in derivatives])
+        np.testing.assert_array_equal(body, shorter)
+    assert len(bodies) == len(screws)
+
+
+@pytest.mark.parametrize('screws, rates, message', [
+    (np.zeros((2, 6)), [[1.0]], r'derivative 1: expected shape \(\.\.\., 2\), got \(1,\)'),
+    (np.zeros((2, 7)), [[1.0, 2.0]], r'screws: expected shape \(\.\.\., N, 6\)'),
+    ([np.zeros(5)], [[1.0]], r'screw 1: expected shape \(\.\.\., 6\), got \(5,\)'),
+])
+def test_screws_and_rates_that_do_not_fit_are_refused(screws, rates, message):
+    with pytest.raises(ShapeError, match=message):
+        states.chain_states(screws, rates)
+
+
+def test_body_fixed_derivatives_need_the_states_of_the_body():
+    with pytest.raises(InvalidValueError, match='order 3 needs 2 states of the body, got 1'):
+        states.body_fixed_derivatives([np.zeros(6)], np.zeros(6), 3)
