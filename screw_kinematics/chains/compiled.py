@@ -15,6 +15,7 @@ from ..programs.program import Program
 from ..programs.tracing import Graph, straight_line
 from ..screws.body_state import BodyState
 from ..screws.reference import FRAMES
+from ..screws.rigid import row_of_pose
 from ..screws.se3 import Array, rotate
 from ..screws.states import reduced_from_classical
 
@@ -90,7 +91,7 @@ def trace_chain(chain: SerialChain, outputs: Iterable[str], order: int, axes: st
     values: list[Any] = []
     for name in outputs:
         if name == 'pose':
-            values += [*pose[:3, 3], *pose[:3, :3].ravel()]
+            values += [*row_of_pose(pose)]
         elif name == 'jacobian':
             values += [*_jacobian(chain, q, pose, axes, pole).ravel()]
         elif name.startswith('reduced_'):

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ..screws.placement import pose, turn
+from ..screws.rotations import pose, turn
 from ..screws.se3 import Array
 
 CONVENTIONS = ('standard', 'modified')

@@ -41,8 +41,9 @@ def followed_joint(source: str, name: str, rule: Callable[[str], Mimic | None]
     Examples
     --------
     >>> rules = {'b': Mimic('a', 2.0, 1.0), 'c': Mimic('b', 3.0, 0.5)}
-    >>> followed_joint('doc', 'c', rules.get)
-    Mimic(joint='a', multiplier=6.0, offset=3.5)
+    >>> found = followed_joint('doc', 'c', rules.get)
+    >>> found.joint, found.multiplier, found.offset
+    ('a', 6.0, 3.5)
 
     """
     multiplier, offset = 1.0, 0.0

@@ -13,7 +13,7 @@ from .fields import Fields
 from .following import followed_joint
 from .units import Units
 from ..chains.joint import Joint, KINDS, Mimic
-from ..screws.placement import pose, rotation_rpy
+from ..screws.rotations import pose, rotation_rpy
 from ..screws.se3 import Array
 
 MAX_JOINTS = 1000

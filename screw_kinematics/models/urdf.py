@@ -27,7 +27,7 @@ from .link_tree import Edge, LinkTree
 from ..chains.joint import Joint, Mimic
 from ..chains.serial_chain import SerialChain
 from ..errors import ModelError
-from ..screws.placement import pose, rotation_rpy
+from ..screws.rotations import pose, rotation_rpy
 from ..screws.se3 import Array, inverse
 
 _MOVING = ('revolute', 'continuous', 'prismatic')

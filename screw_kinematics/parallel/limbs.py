@@ -16,6 +16,7 @@ from ..errors import InvalidValueError
 from ..programs.program import motion_names
 from ..programs.python_text import Evaluate, python_function
 from ..programs.tracing import Graph, straight_line
+from ..screws.rigid import row_of_pose
 from ..screws.se3 import Array
 from ..screws.states import reduced_from_classical
 
@@ -231,4 +232,4 @@ def _traced(chain: SerialChain, values: Array, order: int) -> Iterable[Any]:
     if order > 0:
         return traced_bias(chain, list(values), order)
     pose = chain.pose(values[0])
-    return [*pose[:3, 3], *pose[:3, :3].ravel(), *chain.jacobian(values[0]).ravel()]
+    return [*row_of_pose(pose), *chain.jacobian(values[0]).ravel()]

@@ -18,6 +18,7 @@ import numpy as np
 from .limbs import Limbs
 from .screw_system import ScrewSystem
 from .structure import Ranks
+from ..screws.rotations import pose
 from ..screws.se3 import Array
 
 MAX_ITERATIONS = 12
@@ -121,7 +122,7 @@ def _iterate(limbs: Limbs, joints: Array, target: Array | None, ranks: Ranks | N
         rotations, positions, screws = limbs.kinematics(joints.tolist())
         system = ScrewSystem(screws, limbs.length, ranks)
         # Any limb's tip will do as the pose to linearise at.
-        near = _pose(rotations[0], positions[0]) if target is None else target
+        near = pose(rotations[0], positions[0]) if target is None else target
         error = _displacement(rotations, positions, near)
         misfit = system.size(
             error if target is not None else error - error.sum(axis=0) / len(error))
@@ -144,12 +145,6 @@ def _iterate(limbs: Limbs, joints: Array, target: Array | None, ranks: Ranks | N
     return Solution(joints, _moved(near, platform), system, misfit, iteration, False)
 
 
-def _pose(rotation: Array, position: Array) -> Array:
-    pose = np.zeros((4, 4))
-    pose[:3, :3], pose[:3, 3], pose[3, 3] = rotation, position, 1
-    return pose
-
-
 def _displacement(rotations: Array, positions: Array, goal: Array) -> Array:
     """
     Return the motion from poses to a goal, shape (..., 6), exact to first order.
@@ -166,7 +161,7 @@ def _displacement(rotations: Array, positions: Array, goal: Array) -> Array:
     return np.concatenate([angular, goal[:3, 3] - positions], axis=-1)
 
 
-def _moved(pose: Array, displacement: Array) -> Array:
+def _moved(start: Array, displacement: Array) -> Array:
     """Return a pose moved by a displacement about its own origin."""
     x, y, z = displacement[:3].tolist()
     angle = math.sqrt(x * x + y * y + z * z)
@@ -174,4 +169,4 @@ def _moved(pose: Array, displacement: Array) -> Array:
     if angle > 0:
         half = math.sin(angle / 2) / angle
         turn = math.sin(angle) / angle * turn + 2 * half * half * (turn @ turn)
-    return _pose(pose[:3, :3] + turn @ pose[:3, :3], pose[:3, 3] + displacement[3:])
+    return pose(start[:3, :3] + turn @ start[:3, :3], start[:3, 3] + displacement[3:])

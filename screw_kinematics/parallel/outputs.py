@@ -11,6 +11,7 @@ import numpy as np
 from ..chains.compiled import ORDERS as PLATFORM_ORDERS, output_sizes as platform_sizes
 from ..programs.tracing import Graph, straight_line, StraightLine
 from ..screws.body_state import BodyState
+from ..screws.rigid import pose_from_row
 from ..screws.se3 import Array
 
 ORDERS = {**PLATFORM_ORDERS, 'passive_position': 0, 'passive_velocity': 1}
@@ -56,8 +57,7 @@ def trace_outputs(outputs: Sequence[str], order: int, dof: int, passive: int, ax
     read = {'pose': 12, 'state': 6 * order, **{n: sizes[n] for n in FURTHER if n in outputs}}
     inputs = Graph().inputs(sum(read.values()))
     parts = dict(zip(read, np.split(inputs, np.cumsum(list(read.values()))[:-1])))
-    pose = np.eye(4, dtype=int).astype(object)
-    pose[:3, 3], pose[:3, :3] = parts['pose'][:3], parts['pose'][3:].reshape(3, 3)
+    pose = pose_from_row(parts['pose'])
 
     def seen(*fields: Array) -> BodyState:
         return BodyState(pose, fields, pose[:3, 3]).about(pole).expressed_in(axes)

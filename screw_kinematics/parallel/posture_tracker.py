@@ -15,6 +15,7 @@ from .rates import platform_states
 from .screw_system import ScrewSystem
 from .traced_newton import Found, Moving, NearbySteps
 from ..errors import ScrewKinematicsError
+from ..screws.rigid import row_of_pose
 from ..screws.se3 import Array
 
 THOROUGH, BRIEF = (40, 8, 1e-3), (1, 4, 1.0)
@@ -119,7 +120,7 @@ class Stream:
         self._set_moving(posture, motion[1:].ravel().tolist(), rates)
         pose = posture.pose
         return Solved(
-            [*pose[:3, 3].tolist(), *pose[:3, :3].ravel().tolist()],
+            row_of_pose(pose).tolist(),
             [x for state in states for x in state.tolist()],
             posture.system.jacobian.ravel().tolist() if self._with_jacobian else (),
             posture.passive.tolist(), rates)

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 from ..chains.covariance import through_jacobian
 from ..messages.stamped import (
     AccelEncoder, PoseEncoder, TwistEncoder, TwistWithCovarianceEncoder, VelocityEncoder)
-from ..screws.quaternions import quaternion_from_rotation
+from ..screws.rotations import quaternion_from_row
 
 Values = Sequence[float]
 Slices = dict[str, slice]
@@ -138,7 +138,7 @@ def _send_pose(publish: Callable[[bytes], None], at: slice,
                encode: Callable[[int, Values], bytes]) -> Send:
     def send(stamp_ns: int, values: Values) -> None:
         pose = values[at]
-        publish(encode(stamp_ns, (*pose[:3], *quaternion_from_rotation(pose[3:]))))
+        publish(encode(stamp_ns, (*pose[:3], *quaternion_from_row(pose[3:]))))
     return send
 
 

@@ -8,7 +8,7 @@ from typing import Any
 from .settings import RobotSettings
 from .. import models
 from ..errors import ModelError, ParameterError
-from ..screws.placement import pose, rotation_rpy
+from ..screws.rotations import pose, rotation_rpy
 
 
 def build_model(settings: RobotSettings, text: str | None = None) -> Any:

@@ -10,7 +10,7 @@ import numpy as np
 from .interpolation import interpolate
 from ..messages.state_messages import read_states
 from ..pipeline.outputs import KINDS, RECORDED
-from ..screws.orientation import rotation_from_quaternion
+from ..screws.rotations import rotation_from_quaternion, rotation_vector
 from ..screws.se3 import Array
 
 
@@ -102,11 +102,7 @@ def _distances(output: str, given: Array, expected: Array) -> tuple[Array, Array
                 np.linalg.norm(difference[:, 3:], axis=1))
     turn = np.swapaxes(rotation_from_quaternion(given[:, 3:]), 1, 2) @ (
         rotation_from_quaternion(expected[:, 3:]))
-    # By the skew part, which resolves small angles that the trace does not.
-    skew = np.stack([turn[:, 2, 1] - turn[:, 1, 2], turn[:, 0, 2] - turn[:, 2, 0],
-                     turn[:, 1, 0] - turn[:, 0, 1]], axis=1)
-    trace = np.trace(turn, axis1=1, axis2=2)
-    return (np.arctan2(np.linalg.norm(skew, axis=1), trace - 1),
+    return (np.linalg.norm(rotation_vector(turn), axis=1),
             np.linalg.norm(given[:, :3] - expected[:, :3], axis=1))
 
 

@@ -17,7 +17,7 @@ from .robot_states import RobotStates, StateBlock
 from .tables import ENDINGS, TableWriter
 from ..errors import MissingExtraError, ToolError
 from ..pipeline.outputs import Frames, KINDS, make_send
-from ..screws.quaternions import quaternion_from_rotation
+from ..screws.rotations import quaternion_from_rotation
 from ..screws.se3 import Array
 
 
@@ -142,8 +142,8 @@ def values_of(robot: RobotStates, block: StateBlock, output: str) -> Array:
     values = block.values[:, robot.program.slices[KINDS[output].needs[0]]]
     if output != 'pose':
         return values
-    quaternions = [quaternion_from_rotation(rotation) for rotation in values[:, 3:].tolist()]
-    return np.concatenate([values[:, :3], np.array(quaternions)], axis=1)
+    quaternions = quaternion_from_rotation(values[:, 3:].reshape(-1, 3, 3))
+    return np.concatenate([values[:, :3], quaternions], axis=1)
 
 
 def _columns(robot: RobotStates) -> list[str]:

@@ -14,6 +14,7 @@ from math import factorial
 import numpy as np
 
 from .rigid import checked_pose
+from .rotations import rotation_vector
 from .vectors import Array, cross, finite_array, skew
 
 __all__ = ['exp', 'log']
@@ -99,37 +100,13 @@ def log(T: Array) -> Array:    # noqa: N803
 
     """
     T = checked_pose('T', finite_array('T', T, (..., 4, 4)))    # noqa: N806
-    w = _rotation_vector(T[..., :3, :3])
+    w = rotation_vector(T[..., :3, :3])
     p = T[..., :3, 3]
     angle = np.linalg.norm(w, axis=-1)
     second = _by_angle(angle, _COTANGENT, lambda t: (1 - t / 2 / np.tan(t / 2)) / t ** 2)
     wp = cross(w, p)
     v = p - wp / 2 + second[..., None] * cross(w, wp)
     return np.concatenate([w, v], axis=-1)
-
-
-def _rotation_vector(R: Array) -> Array:    # noqa: N803
-    """Return axis times angle, the angle in [0, pi], by way of the unit quaternion."""
-    d = np.diagonal(R, axis1=-2, axis2=-1)
-    trace = d.sum(axis=-1)
-    # Each row is the quaternion (vector; scalar) times four times one of its components;
-    # the largest component divides safely.
-    rows = np.empty(R.shape[:-2] + (4, 4))
-    for i in range(3):
-        j, k = (i + 1) % 3, (i + 2) % 3
-        rows[..., i, i] = 1 + 2 * d[..., i] - trace
-        rows[..., i, j] = rows[..., j, i] = R[..., i, j] + R[..., j, i]
-        rows[..., i, 3] = rows[..., 3, i] = R[..., k, j] - R[..., j, k]
-    rows[..., 3, 3] = 1 + trace
-    largest = np.argmax(np.diagonal(rows, axis1=-2, axis2=-1), axis=-1)
-    quaternion = np.take_along_axis(rows, largest[..., None, None], axis=-2)[..., 0, :]
-    quaternion = quaternion / np.linalg.norm(quaternion, axis=-1, keepdims=True)
-    quaternion = np.where(quaternion[..., 3:] < 0, -quaternion, quaternion)
-    sine = np.linalg.norm(quaternion[..., :3], axis=-1)
-    cosine = quaternion[..., 3]
-    tiny = sine < 1e-150
-    ratio = np.where(tiny, 2, 2 * np.arctan2(sine, cosine) / np.where(tiny, 1, sine))
-    return ratio[..., None] * quaternion[..., :3]
 
 
 def _by_angle(angle: Array, series: list[float], closed_form: Callable[[Array], Array]) -> Array:

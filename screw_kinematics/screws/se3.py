@@ -25,8 +25,8 @@ import numpy as np
 
 from .exponential import exp, log
 from .rigid import checked_pose, checked_rotation
-from .vectors import (
-    Array, checked_array, cos, cross, dot, matvec, rotation_about, sin, skew)
+from .rotations import rotation_about
+from .vectors import Array, checked_array, cos, cross, dot, matvec, sin, skew
 
 __all__ = [
     'Array', 'ad', 'adjoint', 'coadjoint', 'cos', 'cross', 'dot', 'exp', 'inverse',

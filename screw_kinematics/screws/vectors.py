@@ -1,7 +1,7 @@
 # Copyright screw_kinematics contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-Three-vectors and rotations of any scalar type.
+Three-vectors of any scalar type.
 
 Nothing here casts: all functions run on floats, on batches, and on object arrays of any
 scalar type that has ``+`` and ``*`` (symbols, traced expressions). NumPy's own ``cross``
@@ -18,10 +18,9 @@ import numpy as np
 from ..errors import InvalidValueError, ShapeError
 
 __all__ = ['Array', 'checked_array', 'cos', 'cross', 'dot', 'finite_array', 'matvec',
-           'rotation_about', 'sin', 'skew']
+           'sin', 'skew']
 
 Array = np.ndarray[Any, np.dtype[Any]]
-_IDENTITY = np.eye(3, dtype=int)
 
 
 def checked_array(name: str, value: Any, shape: tuple[Any, ...]) -> Array:
@@ -254,31 +253,3 @@ def skew(vector: Array) -> Array:
     zero = 0 * x
     entries = np.stack([zero, -z, y, z, zero, -x, -y, x, zero], axis=-1)
     return entries.reshape(vector.shape + (3,))
-
-
-def rotation_about(axis: Array, angle: Any) -> Array:
-    """
-    Return the rotation matrix about a unit axis (Rodrigues).
-
-    Parameters
-    ----------
-    axis : array, shape (..., 3)
-        Unit vector.
-    angle : array, shape (...)
-        Angle [rad].
-
-    Returns
-    -------
-    array, shape (..., 3, 3)
-
-    Examples
-    --------
-    >>> float(rotation_about(np.array([0, 0, 1]), np.pi / 2).round(12)[0, 1])
-    -1.0
-
-    """
-    axis, angle = np.asarray(axis), np.asarray(angle)
-    c, s = np.asarray(cos(angle))[..., None, None], np.asarray(sin(angle))[..., None, None]
-    projector = axis[..., :, None] * axis[..., None, :]
-    # Written so that constant axes leave no terms such as 1 - (1 - c) in symbolic results.
-    return c * (_IDENTITY - projector) + s * skew(axis) + projector

@@ -203,8 +203,8 @@ REFUSED = {
     'dh as a list': ('dh: [1]', 'dh: got .*; allowed: keys with values'),
     'no rows': ('dh: {convention: modified}', 'dh: rows: got None; allowed: a list of 1 to'),
     'screw key in a row': (ROW.replace('a:', 'axis:'), "joint 'q': unknown key 'axis'; allowed: "
-                           "'name', 'kind', 'pitch', 'mimic', 'velocity_limit', 'a', 'alpha', 'd', "
-                           "'theta'"),
+                           "'name', 'kind', 'pitch', 'mimic', 'velocity_limit', 'a', 'alpha', "
+                           "'d', 'theta'"),
     'row of words': (ROW.replace('1', 'long'), "joint 'q': a: got 'long'; allowed: a finite n"),
     'overflow': (ROW.replace('1', '1e308').replace('}]', '}, {name: r, a: 1e308}]'),
                  'no rigid displacement|must be finite'),

@@ -9,8 +9,7 @@ import pytest
 from screw_kinematics import models
 from screw_kinematics.pipeline.group_motion import MotionSettings
 from screw_kinematics.pipeline.robot_pipeline import RobotPipeline
-from screw_kinematics.screws.orientation import rotation_from_quaternion
-from screw_kinematics.screws.placement import pose, rotation_rpy
+from screw_kinematics.screws.rotations import pose, rotation_from_quaternion, rotation_rpy
 from screw_kinematics.screws.se3 import rotate, shift_pole
 from support.rig import joint_state, PUMA, RELIABLE_INPUT, running, six, smooth_motion, stamp_ns
 from visualization_msgs.msg import Marker, MarkerArray

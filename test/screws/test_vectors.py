@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from screw_kinematics.screws import se3, vectors
+from screw_kinematics.screws import vectors
 
 
 @pytest.mark.parametrize('shape', [(), (4,), (2, 3)])
@@ -17,13 +17,6 @@ def test_cross_and_skew_agree_with_numpy(shape):
 def test_cross_broadcasts():
     a, b = np.arange(3.0), np.random.default_rng(2).normal(size=(5, 3))
     np.testing.assert_allclose(vectors.cross(a, b), np.cross(a, b), rtol=1e-15)
-
-
-@pytest.mark.parametrize('angle', [0.0, 1e-9, 1.0, np.pi, 7.0])
-def test_rotation_about_is_the_exponential_of_a_pure_rotation(angle):
-    axis = np.array([2.0, -1, 2]) / 3
-    expected = se3.exp(np.concatenate([angle * axis, np.zeros(3)]))[:3, :3]
-    np.testing.assert_allclose(vectors.rotation_about(axis, angle), expected, atol=1e-14)
 
 
 def test_integers_stay_integers():

@@ -10,7 +10,7 @@ import numpy as np
 
 from .view import Row
 from ..reference_motions import ReferenceMotion
-from ...screws.orientation import roll_pitch_yaw, rotation_from_quaternion
+from ...screws.rotations import roll_pitch_yaw, rotation_from_quaternion
 from ...screws.screw import screw_of_twist
 from ...screws.se3 import Array
 

@@ -11,6 +11,7 @@ import numpy as np
 from ...chains.serial_chain import SerialChain
 from ...errors import ToolError
 from ...programs.quantities import Quantity
+from ...screws.rigid import row_of_pose
 from ...screws.se3 import Array
 
 
@@ -106,7 +107,7 @@ def _derive(robot: Any, quantity: Quantity, axes: str, pole: str, simplified: bo
         raise ToolError(f'{robot.name}: there are closed forms of open chains only')
     found = state(robot, max(quantity.order, 1), simplified=False)
     if quantity.order == 0:
-        values = np.concatenate([found.pose[:3, 3], found.pose[:3, :3].ravel()])
+        values = row_of_pose(found.pose)
     else:
         found = found.about(pole).expressed_in(axes)
         values = found.reduced[quantity.order - 1] if quantity.name.startswith('reduced') \

@@ -11,7 +11,7 @@ import numpy as np
 from ..reference_motions import ReferenceMotion
 from ...errors import MissingExtraError, UnknownNameError
 from ...recordings.history import History, ORDERS, QUANTITIES
-from ...screws.orientation import roll_pitch_yaw
+from ...screws.rotations import roll_pitch_yaw
 from ...screws.se3 import Array
 
 # Blue, vermilion and green that stay apart for colour-blind eyes (Okabe and Ito).
