@@ -9,11 +9,13 @@ from typing import Any
 import numpy as np
 
 from .joint import Joint
-from ..errors import InvalidValueError, ShapeError
-from ..screws.se3 import Array
+from ..errors import InvalidValueError
+from ..screws.vectors import Array, checked_array
+
+__all__ = ['MimicCoupling', 'measured_as']
 
 
-class Coupling:
+class MimicCoupling:
     """
     How the joints of a chain depend on the measured ones.
 
@@ -45,7 +47,7 @@ class Coupling:
     >>> from screw_kinematics import Mimic
     >>> left = Joint('left', 'prismatic', axis=(0, 1, 0))
     >>> right = Joint('right', 'prismatic', axis=(0, 1, 0), mimic=Mimic('left', -2, 0.5))
-    >>> Coupling([left, right]).values(np.array([0.1]))
+    >>> MimicCoupling([left, right]).values(np.array([0.1]))
     array([0.1, 0.3])
 
     """
@@ -95,14 +97,12 @@ class Coupling:
 
         Raises
         ------
-        ShapeError
-            The last axis of q is not dof long.
+        ShapeError, InvalidValueError
+            The last axis of q is not dof long, or q is not of numbers or symbols.
 
         """
-        q = np.asarray(q)
-        if q.shape[-1:] != (self.dof,):
-            what = 'q' if order == 0 else f'derivative {order} of q'
-            raise ShapeError(f'{what} of {self._owner}', f'(..., {self.dof})', q.shape)
+        what = 'q' if order == 0 else f'derivative {order} of q'
+        q = checked_array(f'{what} of {self._owner}', q, (..., self.dof))
         values = q[..., self._columns]
         if self._plain:
             return values

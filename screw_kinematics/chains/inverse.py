@@ -26,6 +26,9 @@ import numpy as np
 from ..errors import InvalidValueError, ShapeError, SingularityError
 from ..screws.screw import screw_of_twist
 from ..screws.se3 import Array, matvec
+from ..screws.vectors import finite_array
+
+__all__ = ['InverseSolution', 'InverseSolver', 'Manipulability', 'manipulability']
 
 # Singular values below this fraction of the largest are zero in floating point.
 _RANK = 1e-9
@@ -127,8 +130,8 @@ class InverseSolver:
         array([2., 3.])
 
         """
-        jacobian = np.asarray(jacobian, dtype=float)
-        wanted = _checked('wanted six-vector', wanted, 6)
+        jacobian = _checked_jacobian(jacobian)
+        wanted = finite_array('wanted six-vector', wanted, (..., 6))
         dof = jacobian.shape[-1]
         rows, columns = _scales(self.length, dof, prismatic)
         left, sizes, right = _svd(jacobian, rows, columns)
@@ -153,7 +156,8 @@ class InverseSolver:
             out_of_reach = goal - matvec(left, regular * along)
             self._refuse_impossible(out_of_reach, goal, regular)
         if secondary is not None:
-            rates = rates + matvec(null_space, _checked('secondary rates', secondary, dof))
+            wished = finite_array('secondary rates', secondary, (..., dof))
+            rates = rates + matvec(null_space, wished)
         return InverseSolution(rates, residual, null_space,
                                damping.max(axis=-1, initial=0), sizes)
 
@@ -227,6 +231,11 @@ def manipulability(jacobian: Array, prismatic: Array | None = None,
     -------
     Manipulability
 
+    Raises
+    ------
+    ShapeError, InvalidValueError
+        Shapes do not fit, a value is not finite, or the length not positive.
+
     Examples
     --------
     >>> jacobian = np.array([[0, 0, 1, 0, 0, 0], [0, 0, 0, 1, 0, 0]]).T
@@ -234,7 +243,9 @@ def manipulability(jacobian: Array, prismatic: Array | None = None,
     1.0
 
     """
-    jacobian = np.asarray(jacobian, dtype=float)
+    jacobian = _checked_jacobian(jacobian)
+    if not 0 < length < np.inf:
+        raise InvalidValueError(f'length must be positive and finite, got {length!r}')
     rows, columns = _scales(length, jacobian.shape[-1], prismatic)
     left, sizes, _ = _svd(jacobian, rows, columns)
     return Manipulability(sizes, left * sizes[..., None, :] / rows[:, None])
@@ -248,21 +259,15 @@ def _scales(length: float, dof: int, prismatic: Array | None) -> tuple[Array, Ar
     return np.repeat([1, 1 / length], 3), np.where(sliding, length, 1.0)
 
 
+def _checked_jacobian(jacobian: Any) -> Array:
+    shape = np.shape(jacobian)
+    if len(shape) < 2 or shape[-2] != 6:
+        raise ShapeError('jacobian', '(..., 6, dof)', shape)
+    return finite_array('jacobian', jacobian, (..., 6, None))
+
+
 def _svd(jacobian: Array, rows: Array, columns: Array) -> Any:
-    if jacobian.ndim < 2 or jacobian.shape[-2] != 6:
-        raise ShapeError('jacobian', '(..., 6, dof)', jacobian.shape)
-    if not np.all(np.isfinite(jacobian)):
-        raise InvalidValueError('jacobian: all entries must be finite')
     return np.linalg.svd(rows[:, None] * jacobian * columns, full_matrices=False)
-
-
-def _checked(name: str, value: Any, size: int) -> Array:
-    value = np.asarray(value, dtype=float)
-    if value.shape[-1:] != (size,):
-        raise ShapeError(name, f'(..., {size})', value.shape)
-    if not np.all(np.isfinite(value)):
-        raise InvalidValueError(f'{name} must be finite, got {value.tolist()}')
-    return value
 
 
 def _text(vector: Array) -> str:

@@ -9,8 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import InvalidValueError, ShapeError, UnknownNameError
-from ..screws.se3 import Array
+from ..errors import InvalidValueError, UnknownNameError
+from ..screws.vectors import Array, checked_array, finite_array
+
+__all__ = ['Joint', 'KINDS', 'Mimic']
 
 KINDS = ('revolute', 'continuous', 'prismatic', 'helical')
 
@@ -115,19 +117,10 @@ class Joint:
                 f'got {self.velocity_limit!r}')
 
     def _vector(self, key: str) -> Array:
-        vector = np.array(getattr(self, key))
-        if vector.shape != (3,):
-            raise ShapeError(f'joint {self.name!r}: {key}', '(3,)', vector.shape)
+        name = f'joint {self.name!r}: {key}'
+        vector = np.array(checked_array(name, getattr(self, key), (3,)))
         if vector.dtype != object:
-            try:
-                vector = vector.astype(float)
-            except ValueError:
-                raise InvalidValueError(
-                    f'joint {self.name!r}: {key} must be numbers, '
-                    f'got {vector.tolist()!r}') from None
-            if not np.all(np.isfinite(vector)):
-                raise InvalidValueError(
-                    f'joint {self.name!r}: {key} must be finite, got {vector.tolist()!r}')
+            vector = finite_array(name, vector, (3,))
         vector.setflags(write=False)
         return vector
 

@@ -8,24 +8,23 @@ from typing import Any, TYPE_CHECKING
 
 import numpy as np
 
-from .coupling import Coupling
+from .coupling import MimicCoupling
 from .joint import Joint
-from .mobility import Mobility
+from .manipulator import Manipulator
 from .posture import Posture
-from ..errors import InvalidValueError
 from ..screws.body_state import BodyState
 from ..screws.reference import check_axes, resolve_pole
 from ..screws.rigid import rigid_displacement
 from ..screws.se3 import Array, rotate
-from ..screws.states import chain_states
+from ..screws.states import chain_states, link_states
 
 if TYPE_CHECKING:
     from ..programs.program import Program
 
-MAX_ORDER = 4
+__all__ = ['SerialChain']
 
 
-class SerialChain(Mobility):
+class SerialChain(Manipulator):
     """
     An open chain of joints from a base frame to a tip frame; immutable.
 
@@ -61,7 +60,7 @@ class SerialChain(Mobility):
         self.tip_frame = tip_frame
         self.name = name
         self.T_base_tool = rigid_displacement('T_base_tool', T_base_tool)
-        self._coupling = Coupling(self.joints, repr(self))
+        self._coupling = MimicCoupling(self.joints, repr(self))
 
     def __repr__(self) -> str:
         return (f'SerialChain({self.name or "unnamed"}: {len(self.joints)} joints, '
@@ -113,7 +112,7 @@ class SerialChain(Mobility):
         """
         Return the values of all joints, shape (..., number of joints), from the measured ones.
 
-        Parameters as of :meth:`.coupling.Coupling.values`.
+        Parameters as of :meth:`.coupling.MimicCoupling.values`.
 
         """
         return self._coupling.values(q, order)
@@ -224,20 +223,64 @@ class SerialChain(Mobility):
         -------
         BodyState
 
+        Raises
+        ------
+        ShapeError, InvalidValueError
+            Joint values of a wrong shape, or more than four derivatives.
+
         References
         ----------
         The paper, sections 2.4.1 and 2.4.2 (Theorems 3 and 4) for order 1 and 2.
 
         """
-        if len(derivatives) > MAX_ORDER:
-            raise InvalidValueError(
-                f'derivatives up to order {MAX_ORDER} are supported, got {len(derivatives)}')
-        posture = self.posture(q)
+        posture, rates = self._moving(q, derivatives)
         tip = posture.pose[..., :3, 3]
-        rates = [self.joint_values(d, n) for n, d in enumerate(derivatives, start=1)]
         reduced = chain_states(posture.screws(tip), rates)
         return BodyState(posture.pose, tuple(reduced), tip,
                          base_frame=self.base_frame, tip_frame=self.tip_frame)
+
+    def link_states(self, q: Any, *derivatives: Any, pole: str | Array = 'tip') -> Array:
+        """
+        Return the reduced states of every link: the partial sums of Theorems 3 and 4.
+
+        Parameters
+        ----------
+        q : array, shape (..., dof)
+            Positions of the measured joints [rad, m].
+        *derivatives : array, shape (..., dof)
+            Their first to at most fourth time derivatives.
+        pole : 'tip', 'base' or array, shape (..., 3)
+            The point that all states refer to; an array is in base coordinates [m].
+
+        Returns
+        -------
+        array, shape (number of joints, number of derivatives, ..., 6)
+            ``[i, n - 1]`` is the state of order n of the link behind joint i, axes of the
+            base; the last link carries the tip.
+
+        Raises
+        ------
+        ShapeError, InvalidValueError, UnknownNameError
+            Joint values of a wrong shape, more than four derivatives, or no such pole.
+
+        References
+        ----------
+        The paper, Theorems 3 and 4.
+
+        """
+        posture, rates = self._moving(q, derivatives)
+        shape = (*np.broadcast_shapes(posture.pose.shape[:-2], *(r.shape[:-1] for r in rates)), 6)
+        links = link_states(posture.screws(resolve_pole(pole, posture.pose)[1]), rates)
+        if not links or not rates:
+            return np.zeros((len(links), len(rates), *shape))
+        return np.array([[np.broadcast_to(x, shape) for x in states] for states in links])
+
+    def _moving(self, q: Any, derivatives: tuple[Any, ...]) -> tuple[Posture, list[Array]]:
+        """Return the posture, and the derivatives of all joints."""
+        values = self.joint_values(q)
+        rates = [self.joint_values(d, n) for n, d in enumerate(derivatives, start=1)]
+        self._check_motion(values, derivatives)
+        return Posture(self.joints, self.T_base_tool, values), rates
 
     def compile(    # noqa: A003
             self, outputs: Iterable[str] = ('pose', 'twist', 'accel'),

@@ -10,6 +10,6 @@ and states of every order from their rates.
 from .closed_posture import ClosedPosture
 from .manipulator import ParallelManipulator
 from .program import ParallelProgram
-from .structure import Conditioning
+from .screw_system import Conditioning
 
 __all__ = ['ClosedPosture', 'Conditioning', 'ParallelManipulator', 'ParallelProgram']

@@ -10,7 +10,7 @@ import numpy as np
 from .limbs import Limbs
 from .loop_closure import Solution
 from .screw_system import ScrewSystem
-from .structure import Conditioning
+from .screw_system import Conditioning
 from ..errors import ClosureError
 from ..screws.se3 import Array
 
@@ -61,7 +61,7 @@ class ClosedPosture:
         return self.system.conditioning
 
 
-def closed_posture(limbs: Limbs, solution: Solution, working_mode: Array,
+def posture_of(limbs: Limbs, solution: Solution, working_mode: Array,
                    tolerance: float) -> ClosedPosture:
     """
     Return the posture of a solution whose loops are closed.

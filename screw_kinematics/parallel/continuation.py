@@ -13,7 +13,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from .closed_posture import closed_posture, ClosedPosture
+from .closed_posture import ClosedPosture, posture_of
 from .limbs import Limbs
 from .loop_closure import close_loops, MAX_ITERATIONS, Solution
 from ..errors import AssemblyModeError, ScrewKinematicsError, SingularityError
@@ -75,7 +75,7 @@ def follow(limbs: Limbs, start: ClosedPosture, target: Array, closed: float,
     reason: ScrewKinematicsError | None = None
     for _ in range(attempts):
         remaining = left * way
-        _, passive = here.system.direct(here.system.carried(remaining))
+        _, passive = here.system.solve_platform(here.system.actuated_motion(remaining))
         predicted = np.concatenate([remaining, passive[limbs.slot_of]])
         longest = float((np.abs(predicted) * limbs.scale).max())
         share = min(share, LONGEST / max(longest, LONGEST))
@@ -138,7 +138,7 @@ def _step(limbs: Limbs, here: ClosedPosture, part: Array, closed: float,
     if np.max(there.misfit) <= max(closed, NEARLY_CLOSED):
         _check_step(limbs, here, there, part)
     signs = there.system.working_signs(here.system)
-    return closed_posture(limbs, there, here.working_mode * signs, closed)
+    return posture_of(limbs, there, here.working_mode * signs, closed)
 
 
 def _way(limbs: Limbs, start: Array, target: Array) -> Array:
@@ -155,7 +155,7 @@ def _check_step(limbs: Limbs, here: ClosedPosture, there: Solution, part: Array)
         raise SingularityError(
             f'direct singularity: the platform can move with the actuators locked; smallest '
             f'singular value of the reciprocal wrenches {direct:.2g} {limbs.at(there.joints)}')
-    if there.system.orientation(here.system) <= 0:
+    if there.system.assembly_sign(here.system) <= 0:
         raise AssemblyModeError(
             'the loops close, but in another assembly mode: the way there leads over a direct '
             f'singularity {limbs.at(there.joints)}')

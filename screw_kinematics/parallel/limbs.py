@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from .structure import LimbScrews
+from .screw_system import LimbScrews
 from ..chains.coupling import measured_as
 from ..chains.serial_chain import SerialChain
 from ..chains.tip_motion import tip_motion

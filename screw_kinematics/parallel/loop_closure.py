@@ -16,8 +16,7 @@ import math
 import numpy as np
 
 from .limbs import Limbs
-from .screw_system import ScrewSystem
-from .structure import Ranks
+from .screw_system import Ranks, ScrewSystem
 from ..screws.rotations import pose
 from ..screws.se3 import Array
 
@@ -84,13 +83,14 @@ def close_loops(limbs: Limbs, joints: Array, ranks: Ranks | None = None,
     rest = np.zeros(len(limbs.actuated))
 
     def step(system: ScrewSystem, error: Array) -> tuple[Array, Array]:
-        platform, passive = system.direct(-error)
+        platform, passive = system.solve_platform(-error)
         return np.concatenate([rest, passive[limbs.slot_of]]), platform
 
     return _iterate(limbs, joints, None, ranks, step, iterations)
 
 
-def reach(limbs: Limbs, joints: Array, pose: Array, ranks: Ranks | None = None) -> Solution:
+def close_at_pose(limbs: Limbs, joints: Array, pose: Array,
+                  ranks: Ranks | None = None) -> Solution:
     """
     Move all joints until every limb has the platform at a given pose.
 
@@ -107,7 +107,7 @@ def reach(limbs: Limbs, joints: Array, pose: Array, ranks: Ranks | None = None) 
 
     """
     def step(system: ScrewSystem, error: Array) -> tuple[Array, Array]:
-        actuated, passive = system.inverse(error)
+        actuated, passive = system.solve_joints(error)
         return np.concatenate([actuated, passive[limbs.slot_of]]), np.zeros(6)
 
     return _iterate(limbs, joints, pose, ranks, step)

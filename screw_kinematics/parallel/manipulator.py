@@ -1,6 +1,11 @@
 # Copyright screw_kinematics contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Parallel manipulators: a platform carried by several limbs."""
+"""
+Parallel manipulators: a platform carried by several limbs.
+
+Construction finds the home posture, in which it learns the structure: which screws depend on
+each other, how many freedoms there are, and whether the actuators hold the platform.
+"""
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -8,21 +13,27 @@ from typing import Any
 
 import numpy as np
 
-from .closed_posture import closed_posture, ClosedPosture
+from .closed_posture import ClosedPosture, posture_of
 from .continuation import check_same_mode, follow
-from .home import close_at_home, mobility_at_home
-from .limb_motion import LimbMotion
 from .limbs import Limbs
-from .loop_closure import reach
+from .loop_closure import close_at_pose, close_loops
 from .program import ParallelProgram
+from .rates import joint_rates, platform_states
+from .screw_system import RANK_TOLERANCE
 from ..chains.joint import Joint
+from ..chains.manipulator import Manipulator
 from ..chains.serial_chain import SerialChain
+from ..errors import InvalidValueError, UnknownNameError
 from ..screws.body_state import BodyState
-from ..screws.rigid import rigid_displacement
-from ..screws.se3 import Array
+from ..screws.reference import check_axes, resolve_pole
+from ..screws.rigid import checked_pose
+from ..screws.se3 import Array, rotate, shift_pole
+from ..screws.vectors import finite_array
+
+__all__ = ['ParallelManipulator']
 
 
-class ParallelManipulator(LimbMotion):
+class ParallelManipulator(Manipulator):
     """
     A platform carried by limbs, some of whose joints are measured; immutable.
 
@@ -84,18 +95,41 @@ class ParallelManipulator(LimbMotion):
         self._limbs = Limbs(tuple(limbs), tuple(actuated), length=characteristic_length)
         self.joint_names = self._limbs.actuated
         self.passive_joint_names = self._limbs.passive
-        solution = close_at_home(self._limbs, home or {})
-        self.mobility = mobility_at_home(self._limbs, solution.system)
+        solution = close_loops(self._limbs, self._start(home or {}))
+        self.mobility = solution.system.mobility()
+        if solution.system.direct_conditioning < RANK_TOLERANCE:
+            raise InvalidValueError(
+                f'with the actuated joints {", ".join(self.joint_names)} locked the platform '
+                f'can still move at home: {self.dof} of them for mobility {self.mobility}, or '
+                'a singular home posture')
         if closure_tolerance is None:
             closure_tolerance = 1e-2 if self.dof > self.mobility else 1e-8
         self.closure_tolerance = closure_tolerance
-        self.home = closed_posture(self._limbs, solution, np.ones(self.dof, dtype=int),
+        self.home = posture_of(self._limbs, solution, np.ones(self.dof, dtype=int),
                                    self.closure_tolerance)
 
     def __repr__(self) -> str:
         return (f'ParallelManipulator({self.name or "unnamed"}: {len(self.limbs)} limbs, '
                 f'{self.dof} actuated and {len(self.passive_joint_names)} passive joints, '
                 f'{self.base_frame} -> {self.tip_frame})')
+
+    def _start(self, home: Mapping[str, float]) -> Array:
+        """Return where to look for the home posture: 0 for joints that are not named."""
+        known = self._limbs.joint_names
+        for name in home:
+            if name not in known:
+                raise UnknownNameError('joint in the home posture:', name, known)
+        return np.array([float(home.get(name, 0.0)) for name in known])
+
+    @property
+    def dof(self) -> int:
+        """Return the number of actuated (measured) joints."""
+        return len(self._limbs.actuated)
+
+    @property
+    def prismatic(self) -> Array:
+        """Return which actuated joints are in m rather than rad, shape (dof,)."""
+        return np.asarray(~self._limbs.turning[:self.dof])
 
     @property
     def limbs(self) -> tuple[SerialChain, ...]:
@@ -163,7 +197,7 @@ class ParallelManipulator(LimbMotion):
             The way from ``start`` does not lead there; the message says why and where.
 
         """
-        return follow(self._limbs, start or self.home, self._vector('q', q),
+        return follow(self._limbs, start or self.home, self._joint_vector('q', q),
                       self.closure_tolerance)
 
     def posture_at(self, pose: Any, start: ClosedPosture | None = None) -> ClosedPosture:
@@ -185,13 +219,15 @@ class ParallelManipulator(LimbMotion):
         ------
         ClosureError
             A limb does not reach there.
+        ShapeError, InvalidValueError
+            The pose is no rigid displacement within 1e-6.
 
         """
         start = start or self.home
-        solution = reach(self._limbs, start.joints, rigid_displacement('pose', pose),
-                         self.home.system.ranks)
+        pose = checked_pose('pose', finite_array('pose', pose, (4, 4)))
+        solution = close_at_pose(self._limbs, start.joints, pose, self.home.system.ranks)
         signs = solution.system.working_signs(start.system)
-        return closed_posture(self._limbs, solution, start.working_mode * signs,
+        return posture_of(self._limbs, solution, start.working_mode * signs,
                               self.closure_tolerance)
 
     def check_assembly_mode(self, posture: ClosedPosture) -> None:
@@ -214,10 +250,10 @@ class ParallelManipulator(LimbMotion):
 
         Parameters
         ----------
-        q : array, shape (dof,) or (N, dof)
+        q : array, shape (..., dof)
             Positions of the actuated joints [rad, m]; of many samples each starts from
             the one before.
-        *derivatives : array, shape as q
+        *derivatives : array, shape (..., dof)
             Their first to at most fourth time derivatives.
         start : ClosedPosture, optional
             As in :meth:`posture`.
@@ -227,17 +263,174 @@ class ParallelManipulator(LimbMotion):
         BodyState
             In base axes.
 
+        Raises
+        ------
+        ShapeError, InvalidValueError
+            Joint values of a wrong shape, or more than four derivatives.
+        ClosureError, AssemblyModeError, SingularityError
+            The way does not lead to a posture; the message says why and where.
+
         """
-        if np.ndim(q) == 1:
-            posture = self.posture(q, start)
-            states, _ = self.rates(posture, *derivatives)
-            return self._body_state(posture.pose, states)
+        motion = self._motion(q, derivatives)
         samples = []
-        for sample in zip(np.asarray(q), *map(np.asarray, derivatives)):
+        for sample in np.stack(motion, axis=-2).reshape(-1, len(motion), self.dof):
             start = self.posture(sample[0], start)
-            samples.append((start.pose, self.rates(start, *sample[1:])[0]))
-        return self._body_state(np.array([pose for pose, _ in samples]),
-                                list(np.stack([x for _, x in samples], axis=1)))
+            samples.append((start.pose, platform_states(self._limbs, start, sample[1:])[0]))
+        shape = motion[0].shape[:-1]
+        pose = np.array([pose for pose, _ in samples]).reshape(*shape, 4, 4)
+        states = [np.array([x[n] for _, x in samples]).reshape(*shape, 6)
+                  for n in range(len(derivatives))]
+        return BodyState(pose, tuple(states), pose[..., :3, 3],
+                         base_frame=self.base_frame, tip_frame=self.tip_frame)
+
+    def jacobian(self, q: Any, pole: str | Array = 'tip', axes: str = 'base',
+                 start: ClosedPosture | None = None) -> Array:
+        """
+        Return the Jacobian: the platform's twists of unit rates of the actuated joints.
+
+        Parameters
+        ----------
+        q : array, shape (..., dof)
+            Positions of the actuated joints [rad, m]; of many samples each starts from
+            the one before.
+        pole : 'tip', 'base' or array, shape (..., 3)
+            The point the moments refer to; an array is in base coordinates [m].
+        axes : {'base', 'tip'}
+            Whose axes the components are in.
+        start : ClosedPosture, optional
+            As in :meth:`posture`.
+
+        Returns
+        -------
+        array, shape (..., 6, dof)
+            ``jacobian @ qd`` is the twist; where actuators are redundant and their rates
+            contradict each other, the twist of least squares.
+
+        Raises
+        ------
+        ShapeError, InvalidValueError, UnknownNameError
+            Joint values of a wrong shape, or no such pole or axes.
+        ClosureError, AssemblyModeError, SingularityError
+            The way does not lead to a posture; the message says why and where.
+
+        """
+        check_axes(axes)
+        (q,) = self._motion(q, ())
+        postures = []
+        for sample in q.reshape(-1, self.dof):
+            start = self.posture(sample, start)
+            postures.append(start)
+        shape = q.shape[:-1]
+        poses = np.array([posture.pose for posture in postures]).reshape(*shape, 4, 4)
+        columns = np.array([posture.system.jacobian.T for posture in postures])
+        columns = columns.reshape(*shape, self.dof, 6)
+        offset = resolve_pole(pole, poses)[1] - poses[..., :3, 3]
+        columns = shift_pole(columns, offset[..., None, :])
+        if axes == 'tip':
+            columns = rotate(np.swapaxes(poses[..., None, :3, :3], -1, -2), columns)
+        return np.swapaxes(columns, -1, -2)
+
+    def rates(self, posture: ClosedPosture, *derivatives: Any) -> tuple[list[Array], list[Array]]:
+        """
+        Return the platform's states and the passive joints' rates.
+
+        Parameters
+        ----------
+        posture : ClosedPosture
+            Where the manipulator is.
+        *derivatives : array, shape (dof,)
+            First to at most fourth time derivatives of the actuated joints.
+
+        Returns
+        -------
+        states : list of array, shape (6,)
+            Reduced states of order 1, 2, ..., pole at the platform frame's origin, axes of
+            the base.
+        passive : list of array, shape (passive joints,)
+            First, second, ... time derivatives.
+
+        Raises
+        ------
+        ShapeError, InvalidValueError
+            Derivatives of a wrong shape, or more than four.
+
+        """
+        self._check_motion(posture.actuated, derivatives)
+        return platform_states(self._limbs, posture, [
+            self._joint_vector(f'derivative {n} of q', d) for n, d in enumerate(derivatives, 1)])
+
+    def inverse_rates(self, posture: ClosedPosture, *states: Any,
+                      ) -> tuple[list[Array], list[Array]]:
+        """
+        Return the rates of actuated and passive joints for given platform states.
+
+        In closed form by reciprocal screws; where the actuators are redundant, the ones of
+        least squares.
+
+        Parameters
+        ----------
+        posture : ClosedPosture
+            Where the manipulator is.
+        *states : array, shape (6,)
+            Reduced states of order 1 to at most 4, pole at the platform frame's origin,
+            axes of the base.
+
+        Returns
+        -------
+        actuated : list of array, shape (dof,)
+            First, second, ... time derivatives.
+        passive : list of array, shape (passive joints,)
+            First, second, ... time derivatives.
+
+        Raises
+        ------
+        SingularityError
+            An actuator can move with the platform at rest.
+        ShapeError, InvalidValueError
+            States of a wrong shape, or more than four; or the limbs do not allow such a
+            motion: the message names one that does not.
+
+        """
+        self._check_motion(np.zeros(6), states)
+        return joint_rates(self._limbs, posture, [
+            finite_array(f'state of order {n}', x, (6,)) for n, x in enumerate(states, 1)])
+
+    def wrenches(self, posture: ClosedPosture) -> tuple[list[Array], list[Array]]:
+        """
+        Return the wrenches that each limb puts on the platform, as screws.
+
+        Parameters
+        ----------
+        posture : ClosedPosture
+            Where the manipulator is.
+
+        Returns
+        -------
+        actuation : list of array, shape (n, 6)
+            Per limb, ``(force; moment)`` about the platform frame's origin, base axes:
+            what its locked actuators hold.
+        constraint : list of array, shape (m, 6)
+            Per limb, reciprocal to all its joints: what it holds without any actuator.
+
+        """
+        return posture.system.limb_wrenches()
+
+    def points(self, posture: ClosedPosture) -> dict[str, Array]:
+        """
+        Return the points to draw each limb through, in base axes [m].
+
+        Parameters
+        ----------
+        posture : ClosedPosture
+            Where the manipulator is.
+
+        Returns
+        -------
+        dict from limb name to array, shape (joints + 1, 3)
+            A point on each joint's axis, then the platform frame's origin.
+
+        """
+        return dict(zip(self._limbs.names, self._limbs.points(posture.joints)))
 
     def compile(self, outputs: Iterable[str] = ('pose', 'twist', 'accel'),    # noqa: A003
                 backend: str = 'auto', axes: str = 'base', pole: str = 'tip',
@@ -259,6 +452,13 @@ class ParallelManipulator(LimbMotion):
         """
         return ParallelProgram(self, outputs, backend, axes, pole)
 
-    def _body_state(self, pose: Array, states: Sequence[Array]) -> BodyState:
-        return BodyState(pose, tuple(states), pose[..., :3, 3],
-                         base_frame=self.base_frame, tip_frame=self.tip_frame)
+    def _joint_vector(self, name: str, value: Any) -> Array:
+        return finite_array(f'{name} of {self!r}', value, (self.dof,))
+
+    def _motion(self, q: Any, derivatives: tuple[Any, ...]) -> list[Array]:
+        """Return positions and derivatives of the actuated joints, all of one shape."""
+        names = ['q', *(f'derivative {n} of q' for n in range(1, len(derivatives) + 1))]
+        motion = [finite_array(f'{name} of {self!r}', value, (..., self.dof))
+                  for name, value in zip(names, (q, *derivatives))]
+        self._check_motion(motion[0], tuple(motion[1:]))
+        return [np.asarray(x) for x in np.broadcast_arrays(*motion)]

@@ -9,7 +9,7 @@ from typing import Any, TYPE_CHECKING
 
 import numpy as np
 
-from .closed_posture import closed_posture, ClosedPosture
+from .closed_posture import ClosedPosture, posture_of
 from .limbs import Limbs
 from .loop_closure import close_loops
 from .outputs import ORDERS, output_sizes, trace_outputs
@@ -106,7 +106,7 @@ class ParallelProgram(Program):
         posture = before.posture
         solution = close_loops(self._limbs, posture.joints, self._home.system.ranks)
         with suppress(ClosureError):
-            self.posture = closed_posture(
+            self.posture = posture_of(
                 self._limbs, solution, posture.working_mode, self._closed)
 
     def report(self) -> dict[str, float]:

@@ -48,10 +48,10 @@ def platform_states(limbs: Limbs, posture: ClosedPosture,
     states: list[Array] = []
     passive: list[Array] = []
     for order, given in enumerate(derivatives, start=1):
-        tips = system.carried(given)
+        tips = system.actuated_motion(given)
         if order > 1:
             tips = tips + limbs.bias(values, order)
-        state, slots = system.direct(tips)
+        state, slots = system.solve_platform(tips)
         states.append(state)
         passive.append(slots[limbs.slot_of])
         values += [*given.tolist(), *passive[-1].tolist()]
@@ -96,8 +96,8 @@ def joint_rates(limbs: Limbs, posture: ClosedPosture,
         demand = np.tile(state, (len(limbs.chains), 1))
         if order > 1:
             demand = demand - limbs.bias(values, order)
-        given, slots = system.inverse(demand)
-        left = system.size(demand - system.carried(given) - system.moved(slots))
+        given, slots = system.solve_joints(demand)
+        left = system.size(demand - system.actuated_motion(given) - system.passive_motion(slots))
         worst = int(np.argmax(left))
         if left[worst] > INFEASIBLE * np.max(system.size(demand)):
             raise InvalidValueError(

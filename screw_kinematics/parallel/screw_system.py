@@ -15,14 +15,82 @@ same for all orders.
 """
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
-from .structure import Conditioning, LimbScrews, RANK_TOLERANCE, Ranks
 from ..screws.se3 import Array
 
+__all__ = ['Conditioning', 'LimbScrews', 'RANK_TOLERANCE', 'Ranks', 'ScrewSystem']
+
+RANK_TOLERANCE = 1e-6
+"""Relative size below which a singular value counts as zero where ranks are decided."""
 _TINY = 1e-300
+
+
+class LimbScrews(NamedTuple):
+    """
+    Unit screws of the joints about the platform point, in base axes; zero where absent.
+
+    ``passive`` has shape (limbs, 6, most passive joints of a limb), ``actuated``
+    (limbs, 6, actuated joints).
+    """
+
+    passive: Array
+    actuated: Array
+
+
+@dataclass(frozen=True)
+class Conditioning:
+    """
+    Distances to singular postures; 0 is singular.
+
+    Parameters
+    ----------
+    direct : float
+        Smallest singular value of the platform's reciprocal wrenches, each of unit size,
+        with the characteristic length: at 0 the platform moves with the actuators locked.
+    inverse : float
+        Smallest singular value of the actuators' work on these wrenches, each actuator's
+        screw scaled to unit size: at 0 an actuator moves with the platform at rest.
+    limbs : float
+        Smallest over the limbs, of the ratio of smallest to largest singular value of the
+        limb's passive screws: at 0 passive joints move with the platform at rest.
+
+    """
+
+    direct: float
+    inverse: float
+    limbs: float
+
+
+class Ranks(NamedTuple):
+    """
+    Ranks of the limbs' passive screws in general posture.
+
+    A limb of rank r has its r largest singular values, and 6 - r reciprocal wrenches, in
+    singular postures too: nothing jumps when a singularity is passed.
+
+    Parameters
+    ----------
+    kept : array of bool, shape (limbs, singular values)
+        Which singular values count.
+    limb_of_row, row : array of int, shape (wrenches,)
+        Limb of each reciprocal wrench, and its place among the left singular vectors.
+
+    """
+
+    kept: Array
+    limb_of_row: Array
+    row: Array
+
+    @classmethod
+    def of(cls, sizes: Array) -> Ranks:
+        """Return the ranks that singular values, shape (limbs, n), largest first, show."""
+        ranks = np.sum(sizes > RANK_TOLERANCE * sizes[:, :1], axis=1)[:, None]
+        return cls(np.arange(sizes.shape[1]) < ranks, *np.nonzero(np.arange(6) >= ranks))
 
 
 class ScrewSystem:
@@ -64,7 +132,7 @@ class ScrewSystem:
         u, self._platform_sizes, vt = np.linalg.svd(self.rows, full_matrices=False)
         self._platform = (vt.T / np.maximum(self._platform_sizes, _TINY)) @ u.T
 
-    def direct(self, bias: Array) -> tuple[Array, Array]:
+    def solve_platform(self, bias: Array) -> tuple[Array, Array]:
         """
         Return the platform's state and the passive joints' rates, actuators given.
 
@@ -86,7 +154,7 @@ class ScrewSystem:
         rates = self._from_tip @ (state - bias)[..., None]
         return state / self._scale, rates[..., 0]
 
-    def inverse(self, demand: Array) -> tuple[Array, Array]:
+    def solve_joints(self, demand: Array) -> tuple[Array, Array]:
         """
         Return the rates of all joints, platform given.
 
@@ -107,11 +175,11 @@ class ScrewSystem:
         rest = demand - self._actuated @ actuated
         return actuated, (self._from_tip @ rest[..., None])[..., 0]
 
-    def carried(self, actuated: Array) -> Array:
+    def actuated_motion(self, actuated: Array) -> Array:
         """Return ``A_k a``, shape (limbs, 6): the tips' motion, passive joints at rest."""
         return (self._actuated @ actuated) / self._scale
 
-    def moved(self, passive: Array) -> Array:
+    def passive_motion(self, passive: Array) -> Array:
         """Return ``P_k p``, shape (limbs, 6): the tips' motion, actuated joints at rest."""
         return (self._passive @ passive[..., None])[..., 0] / self._scale
 
@@ -195,7 +263,7 @@ class ScrewSystem:
         """Smallest singular value of the reciprocal wrenches, of unit size each."""
         return float(self._platform_sizes[-1]) if len(self.rows) >= 6 else 0.0
 
-    def orientation(self, before: ScrewSystem) -> float:
+    def assembly_sign(self, before: ScrewSystem) -> float:
         """
         Return a number whose sign tells whether the assembly mode is the same.
 

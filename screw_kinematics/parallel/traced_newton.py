@@ -10,7 +10,7 @@ from typing import NamedTuple
 from .closed_posture import ClosedPosture
 from .limbs import Limbs
 from .loop_closure import CONVERGED
-from .structure import Ranks
+from .screw_system import Ranks
 from .traced_step import LARGEST_TURN, trace_step, TracedStep, work_places
 from ..programs.backends import make_backend
 

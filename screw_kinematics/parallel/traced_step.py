@@ -3,7 +3,7 @@
 """
 One Newton step and all rates of a parallel manipulator, as a straight-line program.
 
-The mathematics is that of :mod:`.newton`, :mod:`.screw_system` and :mod:`.rates`, for
+The mathematics is that of :mod:`.loop_closure`, :mod:`.screw_system` and :mod:`.rates`, for
 postures near the last one: reciprocal wrenches are carried along from there instead of
 being looked for, so nothing needs a branch, and the limbs, the elimination of their passive
 joints and the platform's equations are traced together.
@@ -62,7 +62,7 @@ class _Limb:
         self.passive = OrthogonalColumns([s for c, s in zip(self.columns, screws) if c >= n])
         self.wrenches = self.passive.complement(seeds)
 
-    def carried(self, actuated: Array) -> Array:
+    def actuated_motion(self, actuated: Array) -> Array:
         """Return the tip's motion with the passive joints at rest, scaled."""
         return sum((actuated[c] * s for c, s in self.actuated), np.zeros(6, dtype=object))
 
@@ -97,7 +97,7 @@ def trace_step(limbs: Limbs, limb_of_row: Sequence[int], order: int | None = Non
     joints, given, before, work_before = np.split(inputs, np.cumsum(sizes)[:-1])
     before = before.reshape(m, 6)
     system = _System(limbs, limb_of_row, joints, before)
-    displacement, step = system.direct([-error for error in system.errors])
+    displacement, step = system.solve_platform([-error for error in system.errors])
     outputs: dict[str, list[Any]] = {
         'step': step, 'size': [_square(np.array(step, dtype=object) * limbs.scale[dof:])]}
     if order is not None:
@@ -136,7 +136,7 @@ class _System:
         self.errors = [np.zeros(6, dtype=object), *(
             _displacement(limb.pose, near) / self.unscale for limb in self.limbs[1:])]
 
-    def direct(self, tips: Sequence[Array]) -> tuple[Array, list[Any]]:
+    def solve_platform(self, tips: Sequence[Array]) -> tuple[Array, list[Any]]:
         """Return the platform's state, scaled, and the passive joints' rates."""
         onto = [w @ tip for limb, tip in zip(self.limbs, tips) for w in limb.wrenches]
         state = np.array(self.platform.solve(np.array(onto, dtype=object)), dtype=object)
@@ -148,12 +148,12 @@ class _System:
         out: dict[str, list[Any]] = {'states': [], 'rates': []}
         values = [joints]
         for k, derivative in enumerate(derivatives, start=1):
-            tips = [limb.carried(derivative) for limb in self.limbs]
+            tips = [limb.actuated_motion(derivative) for limb in self.limbs]
             if k > 1:
                 tips = [tip + traced_bias(chain, [v[limb.columns] for v in values], k)
                         / self.unscale
                         for tip, limb, chain in zip(tips, self.limbs, self._chains)]
-            state, rates = self.direct(tips)
+            state, rates = self.solve_platform(tips)
             out['states'] += [*(state * self.unscale)]
             out['rates'] += rates
             values.append(np.array([*derivative, *rates], dtype=object))
@@ -161,7 +161,7 @@ class _System:
 
     def jacobian(self) -> list[Any]:
         """Return the platform's twist by actuated rates, row by row."""
-        columns = [self.direct([limb.carried(unit) for limb in self.limbs])[0] * self.unscale
+        columns = [self.solve_platform([limb.actuated_motion(unit) for limb in self.limbs])[0] * self.unscale
                    for unit in np.eye(self._dof)]
         return [*np.transpose(columns).ravel()]
 
@@ -172,7 +172,7 @@ def _square(vector: Any) -> Any:
 
 
 def _displacement(pose: Array, goal: Array) -> Array:
-    """Return the motion from one pose to another nearby; see :mod:`.newton`."""
+    """Return the motion from one pose to another nearby; see :mod:`.loop_closure`."""
     turn = goal[:3, :3] @ pose[:3, :3].T
     axis = np.array([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]])
     return np.concatenate([axis * (2.0 / (1.0 + np.trace(turn))), goal[:3, 3] - pose[:3, 3]])

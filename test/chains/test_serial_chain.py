@@ -134,6 +134,41 @@ def test_wrong_arguments_are_refused():
         chain.screws(np.zeros(3), pole='tool')
 
 
+@pytest.mark.parametrize('call, message', [
+    (lambda c, q: c.state(q, q[:2]), r'derivative 1 of q of .*expected .*\(4, 3\), as q, got'),
+    (lambda c, q: c.state(q, q, q[:3]), r'derivative 2 of q of .*got \(3, 3\)'),
+    (lambda c, q: c.link_states(q, q[:2]), 'derivative 1 of q of'),
+    (lambda c, q: c.state(q[0], q[0, :2]), r'derivative 1 of q of .*, 3\), got \(2,\)'),
+    (lambda c, q: c.pose(['0'] * 3), 'q of .*must be numbers'),
+    (lambda c, q: c.pose('abc'), 'q of .*must be numbers'),
+    (lambda c, q: c.state(q, None), 'derivative 1 of q of .*expected'),
+    (lambda c, q: c.inverse_velocity(q, ['a'] * 6), 'wanted six-vector must be numbers'),
+    (lambda c, q: c.inverse_acceleration(q, q[:, :2], np.zeros(6)), 'derivative 1 of q of'),
+    (lambda c, q: c.joint_efforts(q, np.zeros(5)), r'wrench: expected shape \(\.\.\., 6\)'),
+    (lambda c, q: c.manipulability(q, length=0.0), 'length must be positive and finite'),
+    (lambda c, q: c.screws(q, pole=[1, 2]), r'pole: expected shape \(\.\.\., 3\)'),
+])
+def test_arguments_are_refused_by_name(call, message):
+    with pytest.raises((ShapeError, InvalidValueError), match=message):
+        call(robots.robot('rpr'), np.zeros((4, 3)))
+
+
+def test_link_states_are_those_of_the_chains_that_end_there():
+    chain = robots.random_chain(10)
+    motion = robots.random_motion(10, chain.dof, shape=(2,))
+    found = chain.link_states(*motion, pole='base')
+    assert found.shape == (chain.dof, 4, 2, 6)
+    for k in range(chain.dof):
+        shorter = SerialChain(chain.joints[:k + 1])
+        state = shorter.state(*motion[..., :k + 1]).about('base')
+        np.testing.assert_allclose(found[k], state.reduced, rtol=0,
+                                   atol=1e-11 * np.abs(found[k]).max())
+    whole = chain.state(*motion)
+    np.testing.assert_allclose(chain.link_states(*motion)[-1], whole.reduced, rtol=1e-11,
+                               atol=1e-11)
+    assert SerialChain([]).link_states([], []).shape == (0, 1, 6)
+
+
 @pytest.mark.parametrize('T, message', [
     (np.eye(3), r'T_base_tool: expected shape \(4, 4\), got \(3, 3\)'),
     (2 * np.eye(4), 'T_base_tool is no rigid displacement'),

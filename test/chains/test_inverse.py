@@ -1,6 +1,6 @@
 # Copyright screw_kinematics contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Inverse velocity and acceleration, and manipulability."""
+"""The inverse problem of every order, joint efforts, and manipulability."""
 import numpy as np
 import pytest
 
@@ -9,7 +9,7 @@ from screw_kinematics.chains.inverse import manipulability
 from screw_kinematics.errors import (
     InvalidValueError, ShapeError, SingularityError, UnknownNameError)
 from screw_kinematics.screws import se3
-from support import robots
+from support import exact, robots
 
 EXACT = InverseSolver(exact=True)
 SQUARE = robots.random_chain(21)
@@ -50,6 +50,53 @@ def test_inverse_acceleration_gives_the_acceleration(chain, kind, pole, axes):
     state = chain.state(q, qd, solution.rates).about(pole).expressed_in(axes)
     found = state.classical(2) if kind == 'classical' else state.reduced_acceleration
     np.testing.assert_allclose(found, wanted, rtol=0, atol=1e-10)
+
+
+@pytest.mark.parametrize('kind', ['classical', 'reduced'])
+@pytest.mark.parametrize('pole', POLES, ids=['tip', 'base', 'point'])
+@pytest.mark.parametrize('axes', ['base', 'tip'])
+def test_inverse_jerk_and_snap_give_them_back(kind, pole, axes):
+    """Against exact differentiation at the tip, against the forward problem elsewhere."""
+    motion = robots.random_motion(12, 6)
+    state = SQUARE.state(*motion).about(pole).expressed_in(axes)
+    wanted = [state.classical(n) if kind == 'classical' else state.reduced[n - 1]
+              for n in (3, 4)]
+    if isinstance(pole, str) and (pole, axes, kind) == ('tip', 'base', 'classical'):
+        wanted = exact.tip_motion(SQUARE, *motion).classical[2:4]
+    jerk = SQUARE.inverse_jerk(*motion[:3], wanted[0], kind, pole, axes, solver=EXACT)
+    snap = SQUARE.inverse_snap(*motion[:4], wanted[1], kind, pole, axes, solver=EXACT)
+    for found, expected in ((jerk, motion[3]), (snap, motion[4])):
+        np.testing.assert_allclose(found.rates, expected, rtol=0, atol=1e-8)
+
+
+@pytest.mark.parametrize('chain', [SQUARE, REDUNDANT], ids=['square', 'redundant'])
+@pytest.mark.parametrize('pole', POLES, ids=['tip', 'base', 'point'])
+def test_the_coriolis_lie_term_is_the_sum_of_lie_products(chain, pole):
+    """The double sum of Theorem 4, written out: each pair of joints once."""
+    q, qd = robots.random_motion(13, chain.dof, order=1)
+    screws = chain.screws(q, pole)
+    expected = sum(qd[i] * qd[j] * se3.lie_product(screws[i], screws[j])
+                   for j in range(chain.dof) for i in range(j))
+    np.testing.assert_allclose(chain.coriolis_lie(q, qd, pole), expected, rtol=0, atol=1e-11)
+
+
+def test_joint_efforts_are_klein_forms_of_wrench_and_screws():
+    q, qd = robots.random_motion(14, 6, order=1, shape=(3,))
+    wrench = np.random.default_rng(15).normal(size=(3, 6))
+    for pole in POLES:
+        efforts = SQUARE.joint_efforts(q, wrench, pole)
+        screws = SQUARE.screws(q, pole)
+        np.testing.assert_allclose(
+            efforts, se3.klein_form(wrench[:, None], screws), atol=1e-12)
+        power = se3.klein_form(wrench, SQUARE.state(q, qd).about(pole).velocity)
+        np.testing.assert_allclose(se3.dot(efforts, qd), power, rtol=1e-10)
+
+
+def test_a_force_along_a_lever():
+    """A force of 3 N across an arm of 2 m is a torque of 6 N m about its axis."""
+    arm = SerialChain([Joint('q1', 'revolute', axis=(0, 0, 1))],
+                      [[1, 0, 0, 2], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]])
+    np.testing.assert_allclose(arm.joint_efforts([0.0], [0, 3, 0, 0, 0, 0]), [6])
 
 
 def test_joint_motion_comes_back():
@@ -196,7 +243,7 @@ def test_wrong_arguments_are_refused():
         RPR.inverse_velocity(q, np.full(6, np.nan))
     with pytest.raises(ShapeError, match=r'secondary rates: expected shape \(\.\.\., 3\)'):
         RPR.inverse_velocity(q, twist, secondary=np.zeros(2))
-    with pytest.raises(InvalidValueError, match='jacobian: all entries must be finite'):
+    with pytest.raises(InvalidValueError, match='q of SerialChain.* must be finite|jacobian must be finite'):
         RPR.inverse_velocity(np.full(3, np.nan), twist)
     with pytest.raises(ShapeError, match=r'jacobian: expected shape \(\.\.\., 6, dof\)'):
         manipulability(np.zeros((3, 3)))

@@ -1,0 +1,343 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""
+What serial chains and parallel manipulators answer alike: one interface for both.
+
+A manipulator brings the forward problem, its states, and its Jacobian. What follows from
+these is written here once: the inverse problem of every order, the Coriolis-Lie term, joint
+efforts, and how well a posture can move.
+"""
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from typing import Any
+
+import numpy as np
+
+from .inverse import InverseSolution, InverseSolver, Manipulability, manipulability
+from ..errors import InvalidValueError, ShapeError, UnknownNameError
+from ..screws.body_state import BodyState
+from ..screws.se3 import Array
+from ..screws.vectors import checked_array, finite_array
+
+__all__ = ['MAX_ORDER', 'Manipulator']
+
+MAX_ORDER = 4
+"""Highest time derivative of the joints' positions."""
+_KINDS = ('classical', 'reduced')
+_DAMPED = InverseSolver()
+
+
+class Manipulator(ABC):
+    """A mechanism that moves a tip frame relative to a base frame by measured joints."""
+
+    joint_names: Any
+    base_frame: str
+    tip_frame: str
+
+    @property
+    @abstractmethod
+    def dof(self) -> int:
+        """Return the number of measured joints."""
+
+    @property
+    @abstractmethod
+    def prismatic(self) -> Array:
+        """Return which measured joints are in m rather than rad, shape (dof,)."""
+
+    @abstractmethod
+    def jacobian(self, q: Any, pole: str | Array = 'tip', axes: str = 'base') -> Array:
+        """Return the columns of unit rates of the measured joints, shape (..., 6, dof)."""
+
+    @abstractmethod
+    def state(self, q: Any, *derivatives: Any) -> BodyState:
+        """Return pose and reduced states of the tip."""
+
+    def coriolis_lie(self, q: Any, qd: Any, pole: str | Array = 'tip',
+                     axes: str = 'base') -> Array:
+        """
+        Return the Coriolis-Lie term: the reduced acceleration at zero joint accelerations.
+
+        Of an open chain it is the sum of the Lie products ``[$_i, $_j] q_i' q_j'`` over the
+        joints i before j.
+
+        Parameters
+        ----------
+        q, qd : array, shape (..., dof)
+            Positions and rates of the measured joints.
+        pole : 'tip', 'base' or array, shape (..., 3)
+            The point it refers to; an array is in base coordinates [m].
+        axes : {'base', 'tip'}
+            Whose axes the components are in.
+
+        Returns
+        -------
+        array, shape (..., 6)
+            ``reduced acceleration - jacobian @ qdd`` [rad/s^2, m/s^2].
+
+        Raises
+        ------
+        ShapeError, InvalidValueError, UnknownNameError
+            Joint values of a wrong shape, or no such pole or axes.
+
+        References
+        ----------
+        The paper, Theorem 4: its term $_a.
+
+        """
+        return self._coasting(q, (qd,)).about(pole).expressed_in(axes).reduced_acceleration
+
+    def joint_efforts(self, q: Any, wrench: Any, pole: str | Array = 'tip',
+                      axes: str = 'base') -> Array:
+        """
+        Return the joint efforts whose virtual power equals that of a wrench on the tip.
+
+        The Klein form of the wrench with the screw of each measured joint: the torques
+        [N m] and forces [N] with which the joints would move the tip against the opposite
+        wrench, friction, weight and inertia aside.
+
+        Parameters
+        ----------
+        q : array, shape (..., dof)
+            Positions of the measured joints [rad, m].
+        wrench : array, shape (..., 6)
+            ``(force; moment)`` [N, N m]: a wrench as a screw has its force first.
+        pole : 'tip', 'base' or array, shape (..., 3)
+            The point that the moment refers to; an array is in base coordinates [m].
+        axes : {'base', 'tip'}
+            Whose axes the components are in.
+
+        Returns
+        -------
+        array, shape (..., dof)
+
+        Raises
+        ------
+        ShapeError, InvalidValueError, UnknownNameError
+            Joint values or wrench of a wrong shape, or no such pole or axes.
+
+        References
+        ----------
+        The paper, section 2.3 (Klein form).
+
+        """
+        wrench = checked_array('wrench', wrench, (..., 6))
+        screws = np.swapaxes(self.jacobian(q, pole, axes), -1, -2)
+        swapped = np.concatenate([wrench[..., 3:], wrench[..., :3]], axis=-1)
+        return np.asarray((screws @ swapped[..., None])[..., 0])
+
+    def inverse_velocity(self, q: Any, twist: Any, pole: str | Array = 'tip',
+                         axes: str = 'base', secondary: Any = None,
+                         solver: InverseSolver = _DAMPED) -> InverseSolution:
+        """
+        Return the rates of the measured joints that give the tip a twist.
+
+        Parameters
+        ----------
+        q : array, shape (..., dof)
+            Positions of the measured joints [rad, m].
+        twist : array, shape (..., 6)
+            Wanted twist of the tip [rad/s, m/s] about ``pole`` in ``axes``.
+        pole : 'tip', 'base' or array, shape (..., 3)
+            The point it refers to; an array is in base coordinates [m].
+        axes : {'base', 'tip'}
+            Whose axes the components are in.
+        secondary : array, shape (..., dof), optional
+            Rates wished for as far as the twist allows (null-space motion).
+        solver : InverseSolver
+            Exact or damped, and the characteristic length. Default: damped near
+            singularities.
+
+        Returns
+        -------
+        InverseSolution
+
+        Raises
+        ------
+        ShapeError, InvalidValueError, UnknownNameError
+            Arguments of a wrong shape, or no such pole or axes.
+        SingularityError
+            The solver is exact and the twist impossible; the reciprocal screw is named.
+
+        References
+        ----------
+        The paper, equation 78.
+
+        """
+        return self._inverse(q, (), twist, 'reduced', pole, axes, secondary, solver)
+
+    def inverse_acceleration(self, q: Any, qd: Any, acceleration: Any,
+                             kind: str = 'classical', pole: str | Array = 'tip',
+                             axes: str = 'base', secondary: Any = None,
+                             solver: InverseSolver = _DAMPED) -> InverseSolution:
+        """
+        Return the joint accelerations that give the tip an acceleration.
+
+        Parameters
+        ----------
+        q, qd : array, shape (..., dof)
+            Positions and rates of the measured joints.
+        acceleration : array, shape (..., 6)
+            Wanted acceleration of the tip [rad/s^2, m/s^2] about ``pole`` in ``axes``.
+        kind : {'classical', 'reduced'}
+            ``[alpha; a]`` of the point at the pole, or ``(alpha ; a - w x v)``.
+        pole : 'tip', 'base' or array, shape (..., 3)
+            The point it refers to; an array is in base coordinates [m].
+        axes : {'base', 'tip'}
+            Whose axes the components are in.
+        secondary : array, shape (..., dof), optional
+            Joint accelerations wished for as far as the wanted motion allows.
+        solver : InverseSolver
+            As of :meth:`inverse_velocity`.
+
+        Returns
+        -------
+        InverseSolution
+            Its ``rates`` are the joint accelerations.
+
+        Raises
+        ------
+        ShapeError, InvalidValueError, UnknownNameError
+            Arguments of a wrong shape, or no such kind, pole or axes.
+        SingularityError
+            The solver is exact and the acceleration impossible.
+
+        References
+        ----------
+        The paper, equation 80: what the joint rates contribute (the Coriolis-Lie term) is
+        taken off first.
+
+        """
+        return self._inverse(q, (qd,), acceleration, kind, pole, axes, secondary, solver)
+
+    def inverse_jerk(self, q: Any, qd: Any, qdd: Any, jerk: Any, kind: str = 'classical',
+                     pole: str | Array = 'tip', axes: str = 'base', secondary: Any = None,
+                     solver: InverseSolver = _DAMPED) -> InverseSolution:
+        """
+        Return the joint jerks that give the tip a jerk.
+
+        Parameters
+        ----------
+        q, qd, qdd : array, shape (..., dof)
+            Positions, rates and accelerations of the measured joints.
+        jerk : array, shape (..., 6)
+            Wanted jerk of the tip [rad/s^3, m/s^3] about ``pole`` in ``axes``.
+        kind : {'classical', 'reduced'}
+            ``[rho; j]`` of the point at the pole, or the reduced jerk.
+        pole : 'tip', 'base' or array, shape (..., 3)
+            The point it refers to; an array is in base coordinates [m].
+        axes : {'base', 'tip'}
+            Whose axes the components are in.
+        secondary : array, shape (..., dof), optional
+            Joint jerks wished for as far as the wanted motion allows.
+        solver : InverseSolver
+            As of :meth:`inverse_velocity`.
+
+        Returns
+        -------
+        InverseSolution
+            Its ``rates`` are the joint jerks.
+
+        Raises
+        ------
+        ShapeError, InvalidValueError, UnknownNameError
+            Arguments of a wrong shape, or no such kind, pole or axes.
+        SingularityError
+            The solver is exact and the jerk impossible.
+
+        """
+        return self._inverse(q, (qd, qdd), jerk, kind, pole, axes, secondary, solver)
+
+    def inverse_snap(self, q: Any, qd: Any, qdd: Any, qddd: Any, snap: Any,
+                     kind: str = 'classical', pole: str | Array = 'tip', axes: str = 'base',
+                     secondary: Any = None, solver: InverseSolver = _DAMPED) -> InverseSolution:
+        """
+        Return the joint snaps (jounces) that give the tip a snap.
+
+        Parameters
+        ----------
+        q, qd, qdd, qddd : array, shape (..., dof)
+            Positions, rates, accelerations and jerks of the measured joints.
+        snap : array, shape (..., 6)
+            Wanted snap of the tip [rad/s^4, m/s^4] about ``pole`` in ``axes``.
+        kind : {'classical', 'reduced'}
+            ``[sigma; s]`` of the point at the pole, or the reduced snap.
+        pole : 'tip', 'base' or array, shape (..., 3)
+            The point it refers to; an array is in base coordinates [m].
+        axes : {'base', 'tip'}
+            Whose axes the components are in.
+        secondary : array, shape (..., dof), optional
+            Joint snaps wished for as far as the wanted motion allows.
+        solver : InverseSolver
+            As of :meth:`inverse_velocity`.
+
+        Returns
+        -------
+        InverseSolution
+            Its ``rates`` are the joint snaps.
+
+        Raises
+        ------
+        ShapeError, InvalidValueError, UnknownNameError
+            Arguments of a wrong shape, or no such kind, pole or axes.
+        SingularityError
+            The solver is exact and the snap impossible.
+
+        """
+        return self._inverse(q, (qd, qdd, qddd), snap, kind, pole, axes, secondary, solver)
+
+    def manipulability(self, q: Any, length: float = 1.0) -> Manipulability:
+        """
+        Return how well the tip can move at a posture, pole at the tip, axes of the base.
+
+        Parameters
+        ----------
+        q : array, shape (..., dof)
+            Positions of the measured joints [rad, m].
+        length : float
+            Characteristic length [m/rad].
+
+        Returns
+        -------
+        Manipulability
+
+        Raises
+        ------
+        ShapeError, InvalidValueError
+            Joint values of a wrong shape, or a length that is not positive.
+
+        """
+        return manipulability(self.jacobian(q), self.prismatic, length)
+
+    def _inverse(self, q: Any, rates: tuple[Any, ...], wanted: Any, kind: str,
+                 pole: str | Array, axes: str, secondary: Any,
+                 solver: InverseSolver) -> InverseSolution:
+        """Return the highest derivative of the joints, the lower ones and the tip's given."""
+        if kind not in _KINDS:
+            raise UnknownNameError('kind', kind, _KINDS)
+        wanted = finite_array('wanted six-vector', wanted, (..., 6))
+        if rates:
+            order = len(rates) + 1
+            known = self._coasting(q, rates).about(pole).expressed_in(axes)
+            wanted = wanted - (known.classical(order) if kind == 'classical'
+                               else known.reduced[order - 1])
+        return solver.solve(self.jacobian(q, pole, axes), wanted, self.prismatic, secondary)
+
+    def _coasting(self, q: Any, rates: tuple[Any, ...]) -> BodyState:
+        """Return the state with the next derivative of the joints zero."""
+        return self.state(q, *rates, 0 * checked_array(
+            f'derivative {len(rates)} of q of {self!r}', rates[-1], (..., self.dof)))
+
+    def _check_motion(self, q: Array, derivatives: tuple[Any, ...]) -> None:
+        """Refuse too many derivatives, and such as do not belong to as many samples."""
+        if len(derivatives) > MAX_ORDER:
+            raise InvalidValueError(
+                f'derivatives up to order {MAX_ORDER} are supported, got {len(derivatives)}')
+        for n, given in enumerate(derivatives, start=1):
+            samples = np.shape(given)[:-1]
+            try:
+                np.broadcast_shapes(np.shape(q)[:-1], samples)
+            except ValueError:
+                expected = (*np.shape(q)[:-1], self.dof)
+                raise ShapeError(f'derivative {n} of q of {self!r}', f'{expected}, as q',
+                                 np.shape(given)) from None
