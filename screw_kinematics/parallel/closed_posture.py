@@ -62,7 +62,7 @@ class ClosedPosture:
 
 
 def posture_of(limbs: Limbs, solution: Solution, working_mode: Array,
-                   tolerance: float) -> ClosedPosture:
+               tolerance: float) -> ClosedPosture:
     """
     Return the posture of a solution whose loops are closed.
 

@@ -106,7 +106,7 @@ class ParallelManipulator(Manipulator):
             closure_tolerance = 1e-2 if self.dof > self.mobility else 1e-8
         self.closure_tolerance = closure_tolerance
         self.home = posture_of(self._limbs, solution, np.ones(self.dof, dtype=int),
-                                   self.closure_tolerance)
+                               self.closure_tolerance)
 
     def __repr__(self) -> str:
         return (f'ParallelManipulator({self.name or "unnamed"}: {len(self.limbs)} limbs, '
@@ -228,7 +228,7 @@ class ParallelManipulator(Manipulator):
         solution = close_at_pose(self._limbs, start.joints, pose, self.home.system.ranks)
         signs = solution.system.working_signs(start.system)
         return posture_of(self._limbs, solution, start.working_mode * signs,
-                              self.closure_tolerance)
+                          self.closure_tolerance)
 
     def check_assembly_mode(self, posture: ClosedPosture) -> None:
         """
@@ -275,7 +275,7 @@ class ParallelManipulator(Manipulator):
         samples = []
         for sample in np.stack(motion, axis=-2).reshape(-1, len(motion), self.dof):
             start = self.posture(sample[0], start)
-            samples.append((start.pose, platform_states(self._limbs, start, sample[1:])[0]))
+            samples.append((start.pose, platform_states(self._limbs, start, list(sample[1:]))[0]))
         shape = motion[0].shape[:-1]
         pose = np.array([pose for pose, _ in samples]).reshape(*shape, 4, 4)
         states = [np.array([x[n] for _, x in samples]).reshape(*shape, 6)

@@ -161,8 +161,9 @@ class _System:
 
     def jacobian(self) -> list[Any]:
         """Return the platform's twist by actuated rates, row by row."""
-        columns = [self.solve_platform([limb.actuated_motion(unit) for limb in self.limbs])[0] * self.unscale
-                   for unit in np.eye(self._dof)]
+        columns = [
+            self.solve_platform([limb.actuated_motion(unit) for limb in self.limbs])[0]
+            * self.unscale for unit in np.eye(self._dof)]
         return [*np.transpose(columns).ravel()]
 
 

@@ -243,7 +243,7 @@ def test_wrong_arguments_are_refused():
         RPR.inverse_velocity(q, np.full(6, np.nan))
     with pytest.raises(ShapeError, match=r'secondary rates: expected shape \(\.\.\., 3\)'):
         RPR.inverse_velocity(q, twist, secondary=np.zeros(2))
-    with pytest.raises(InvalidValueError, match='q of SerialChain.* must be finite|jacobian must be finite'):
+    with pytest.raises(InvalidValueError, match='jacobian must be finite'):
         RPR.inverse_velocity(np.full(3, np.nan), twist)
     with pytest.raises(ShapeError, match=r'jacobian: expected shape \(\.\.\., 6, dof\)'):
         manipulability(np.zeros((3, 3)))
