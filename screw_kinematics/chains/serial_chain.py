@@ -112,7 +112,7 @@ class SerialChain(Manipulator):
         """
         Return the values of all joints, shape (..., number of joints), from the measured ones.
 
-        Parameters as of :meth:`.coupling.MimicCoupling.values`.
+        Parameters as of ``MimicCoupling.values``.
 
         """
         return self._coupling.values(q, order)

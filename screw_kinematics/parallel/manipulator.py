@@ -436,7 +436,7 @@ class ParallelManipulator(Manipulator):
                 backend: str = 'auto', axes: str = 'base', pole: str = 'tip',
                 ) -> ParallelProgram:
         """
-        Return the program for a stream of samples, as :meth:`SerialChain.compile` does.
+        Return the program for a stream of samples, as :meth:`.SerialChain.compile` does.
 
         It keeps the last posture, from which the next one is found.
 

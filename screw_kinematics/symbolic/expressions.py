@@ -81,7 +81,7 @@ def coordinates(count: int, order: int = 2) -> list[Array]:
     -------
     list of ``order + 1`` arrays, shape (count,)
         ``q1 ...``, ``qd1 ...``, ``qdd1 ...`` and so on: the arguments of
-        :meth:`SerialChain.state`.
+        :meth:`.SerialChain.state`.
 
     Examples
     --------

@@ -1,0 +1,55 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Directives that print tables of the code, so that pages cannot fall behind it."""
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+from docutils import nodes
+from docutils.statemachine import StringList
+from sphinx.application import Sphinx
+from sphinx.util.docutils import SphinxDirective
+
+from screw_kinematics.pipeline.settings import NODE, ROBOT, Setting
+
+WHEN = {'': 'at any time', 'configured': 'while unconfigured', 'started': 'at start only'}
+
+
+class Parameters(SphinxDirective):
+    """The parameters of the ``node`` or of each ``robot``, one definition each."""
+
+    required_arguments = 1
+
+    def run(self) -> list[nodes.Node]:
+        """Return the definitions, read as Markdown."""
+        settings, prefix = {'node': (NODE, ''), 'robot': (ROBOT, '<robot>.')}[self.arguments[0]]
+        lines = [line for setting in settings for line in definition(setting, prefix)]
+        place = nodes.container()
+        self.state.nested_parse(StringList(lines, source='settings'), self.content_offset, place)
+        return place.children
+
+
+def definition(setting: Setting, prefix: str) -> Iterable[str]:
+    """Yield the lines that tell one setting's name, default, meaning and values."""
+    yield f'`{prefix}{setting.name}`'
+    yield f': {setting.text}'
+    yield ''
+    yield (f'  *Default* {shown(setting.default)}. *Allowed*: {setting.allowed}. '
+           f'*Changes* {WHEN[setting.fixed]}.')
+    yield ''
+
+
+def shown(value: Any) -> str:
+    """Return a default as one writes it in a parameter file."""
+    if value in ('', ['']):
+        return 'empty'
+    if isinstance(value, list):
+        return f'`[{", ".join(map(str, value))}]`'
+    return f'`{str(value).lower() if isinstance(value, bool) else value}`'
+
+
+def setup(app: Sphinx) -> dict[str, bool]:
+    """Add the directives."""
+    app.add_directive('parameters', Parameters)
+    return {'parallel_read_safe': True}
