@@ -74,6 +74,14 @@ autosummary_generate = False
 numpydoc_show_class_members = False
 numpydoc_class_members_toctree = False
 
+# Diagrams are text, drawn in the reader's browser: by mermaid's files in _static/mermaid if they
+# are there (npm pack mermaid, its folder dist), else from the network.
+if (HERE / '_static' / 'mermaid' / 'mermaid.esm.min.mjs').exists():
+    mermaid_use_local = 'mermaid/mermaid.esm.min.mjs'
+
+mermaid_height = 'auto'
+mermaid_fullscreen = False
+
 html_theme = 'furo'
 html_title = 'screw_kinematics'
 html_static_path = ['_static']

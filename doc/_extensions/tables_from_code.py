@@ -33,7 +33,7 @@ class Parameters(SphinxDirective):
 def definition(setting: Setting, prefix: str) -> Iterable[str]:
     """Yield the lines that tell one setting's name, default, meaning and values."""
     yield f'`{prefix}{setting.name}`'
-    yield f': {setting.text}'
+    yield f': {setting.text}'.replace('<', r'\<')
     yield ''
     yield (f'  *Default* {shown(setting.default)}. *Allowed*: {setting.allowed}. '
            f'*Changes* {WHEN[setting.fixed]}.')
