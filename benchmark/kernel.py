@@ -5,8 +5,9 @@ Compare how long pose, twist and acceleration of a Panda's hand take.
 
 First one sample a call, then a recorded motion. In each round every contender runs once,
 so that what else the machine does falls on all of them alike; ratios are formed within a
-round. Times are processor times. Figures are medians over the rounds, with lower and upper
-quartile in brackets. The results of all contenders are compared before anything is timed.
+round. Times are processor times where nothing else is said. Figures are medians over the
+rounds, with lower and upper quartile in brackets. The results of all contenders are compared
+before anything is timed.
 """
 import argparse
 from collections.abc import Callable
@@ -24,6 +25,7 @@ from rich.progress import Progress
 from rich.table import Table
 
 from screw_kinematics import models, SerialChain
+from screw_kinematics.programs.machine import TextMachine
 
 from . import kernel_peers as peers
 from .node.robot import BASE, URDF
@@ -42,6 +44,7 @@ class Contender(NamedTuple):
     call: Callable[[], Any]
     samples: int = 1
     result: Callable[[], Any] | None = None
+    clock: Callable[[], float] = time.process_time
 
 
 Times = dict[str, list[float]]
@@ -81,20 +84,18 @@ def single(chain: SerialChain, urdf: str, motion: Any) -> list[Contender]:
     def library(name: str, sample: peers.Sample) -> Contender:
         return Contender(name, lambda: sample(*rows), result=lambda: sample(*rows))
 
-    contenders = [library(PINOCCHIO, peers.pinocchio(urdf))]
-    for backend, label in (('python', 'plain Python'), ('numba', 'Numba')):
-        if backend == 'numba' and importlib.util.find_spec('numba') is None:
-            continue
-        program = chain.compile(backend=backend)
-        program.warm_up()
-        evaluate = program.evaluate
-        contenders.append(Contender(
-            f'ours, {label}', partial(evaluate, floats), result=partial(evaluate, floats)))
-    if program.backend == 'numba':
-        workspace, run = program.workspace, program.run
-        workspace[:program.inputs] = floats
-        contenders.append(Contender('ours, Numba, in the workspace', run, result=lambda: (
-            run(), workspace[program.inputs:])[1]))
+    program = chain.compile()
+    text = TextMachine(program.line, program.dof, program.slices)
+
+    def ours(name: str, call: Callable[[], Any]) -> Contender:
+        return Contender(name, call, result=call)
+
+    contenders = [
+        library(PINOCCHIO, peers.pinocchio(urdf)),
+        Contender('ours, program(q, qd, qdd)', lambda: program(*rows),
+                  result=lambda: tuple(program(*rows).values())),
+        ours('ours, program.evaluate(floats)', partial(program.evaluate, floats)),
+        ours('the same, core interpreted', partial(text.evaluate, floats))]
     contenders.append(library('textbook exponentials, NumPy', peers.textbook(chain)))
     contenders.append(library('ours, not compiled', lambda q, qd, qdd: _of_state(
         chain.state(q, qd, qdd))))
@@ -121,37 +122,30 @@ def batch(chain: SerialChain, urdf: str, motion: Any) -> list[Contender]:
 
     contenders = [Contender(f'{PINOCCHIO}, loop', loop, len(few[0]), loop_result)]
     n = len(motion[0])
-    for backend, label in (('python', 'NumPy blocks'), ('numba', 'Numba')):
-        if backend == 'numba' and importlib.util.find_spec('numba') is None:
-            continue
-        program = chain.compile(backend=backend)
-        out = np.zeros((n, 24))
+    program, out = chain.compile(), np.zeros((n, 24))
+    text = TextMachine(program.line, program.dof, program.slices)
 
-        def call(program: Any = program, out: Any = out) -> Any:
-            program.batch(*motion, out=out)
-            return out
+    def ours(threads: int) -> Any:
+        program.batch(*motion, out=out, threads=threads)
+        return out
 
-        contenders.append(Contender(f'ours, {label}', call, n, call))
-    if program.backend == 'numba':
-        contenders.append(Contender(LIMIT, memory_limit(motion, out), n))
-    return contenders
+    def interpreted() -> Any:
+        text.batch(motion, out, 1)
+        return out
+
+    one, two = partial(ours, 1), partial(ours, 2)
+    return contenders + [
+        Contender('ours, one thread', one, n, one),
+        Contender('ours, two threads, by the clock on the wall', two, n, two, time.perf_counter),
+        Contender('ours, core interpreted', interpreted, n, interpreted),
+        Contender(LIMIT, partial(read_and_write, motion, np.zeros_like(out)), n)]
 
 
-def memory_limit(motion: Any, out: Any) -> Callable[[], None]:
-    """Return a call that reads all inputs and writes all outputs, and does no more."""
-    import numba
-
-    @numba.njit(fastmath=True)
-    def read_and_write(q: Any, qd: Any, qdd: Any, out: Any) -> None:
-        for i in range(len(q)):
-            total = 0.0
-            for j in range(q.shape[1]):
-                total += q[i, j] + qd[i, j] + qdd[i, j]
-            for j in range(out.shape[1]):
-                out[i, j] = total
-
-    out = np.zeros_like(out)
-    return lambda: read_and_write(motion[0], motion[1], motion[2], out)
+def read_and_write(motion: Any, out: Any) -> None:
+    """Read all inputs and write all outputs, and do no more."""
+    for k in range(0, 21, 7):
+        out[:, k:k + 7] = motion[k // 7]
+    out[:, 21:] = 0.0
 
 
 def check(contenders: list[Contender]) -> None:
@@ -186,12 +180,12 @@ def run(title: str, contenders: list[Contender], rounds: int) -> Times:
     with Progress(auto_refresh=False) as progress:
         task = progress.add_task(title, total=rounds)
         for _ in range(rounds):
-            for name, call, samples, _ in contenders:
+            for name, call, samples, _, clock in contenders:
                 number = range(repeats[name])
-                start = time.process_time()
+                start = clock()
                 for _ in number:
                     call()
-                times[name].append((time.process_time() - start) / (len(number) * samples))
+                times[name].append((clock() - start) / (len(number) * samples))
             progress.advance(task)
             progress.refresh()
     return times

@@ -28,14 +28,14 @@ ORDERS = {'pose': 0, 'jacobian': 0, 'twist': 1, 'accel': 2, 'reduced_accel': 2, 
 
 
 def compile_chain(chain: SerialChain, outputs: Iterable[str] = ('pose', 'twist', 'accel'),
-                  backend: str = 'auto', axes: str = 'base', pole: str = 'tip') -> Program:
+                  axes: str = 'base', pole: str = 'tip') -> Program:
     """
     Return the compiled program of a chain; see :meth:`SerialChain.compile`.
 
     Raises
     ------
     UnknownNameError, InvalidValueError
-        An output, backend, axes or pole is unknown; the message lists those that exist.
+        An output, axes or pole is unknown; the message lists those that exist.
 
     """
     outputs = checked_outputs(outputs, axes, pole)
@@ -45,8 +45,8 @@ def compile_chain(chain: SerialChain, outputs: Iterable[str] = ('pose', 'twist',
             f'{chain!r} has symbolic parameters; only a chain of numbers can be compiled')
     order = max(ORDERS[output] for output in outputs)
     line = trace_chain(chain, outputs, order, axes, pole)
-    return Program(line, output_sizes(outputs, chain.dof), chain.joint_names, order, backend,
-                   axes, pole, chain.base_frame, chain.tip_frame)
+    return Program(line, output_sizes(outputs, chain.dof), chain.joint_names, order, axes,
+                   pole, chain.base_frame, chain.tip_frame)
 
 
 def checked_outputs(outputs: Iterable[str], axes: str, pole: str,

@@ -284,7 +284,7 @@ class SerialChain(Manipulator):
 
     def compile(    # noqa: A003
             self, outputs: Iterable[str] = ('pose', 'twist', 'accel'),
-            backend: str = 'auto', axes: str = 'base', pole: str = 'tip') -> Program:
+            axes: str = 'base', pole: str = 'tip') -> Program:
         """
         Return a straight-line program of this chain, which is much faster than the chain.
 
@@ -294,8 +294,6 @@ class SerialChain(Manipulator):
             Any of 'pose' (position, then rotation by rows), 'twist', 'accel', 'jerk',
             'snap' (classical), 'reduced_accel', 'reduced_jerk', 'reduced_snap' and
             'jacobian' (6 x dof by rows).
-        backend : {'auto', 'python', 'numba'}
-            'auto' is 'numba' where Numba is installed.
         axes, pole : {'base', 'tip'}
             Whose axes all but the pose are in, and the point they refer to.
 
@@ -306,4 +304,4 @@ class SerialChain(Manipulator):
 
         """
         from .compiled import compile_chain
-        return compile_chain(self, outputs, backend, axes, pole)
+        return compile_chain(self, outputs, axes, pole)

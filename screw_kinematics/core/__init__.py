@@ -39,10 +39,14 @@ Rules that keep both ways of running the same:
 """
 from __future__ import annotations
 
+from functools import cache
+from importlib import import_module
 from importlib.machinery import EXTENSION_SUFFIXES, FileFinder, SOURCE_SUFFIXES, SourceFileLoader
+from importlib.util import module_from_spec, spec_from_file_location
 import os
 from pathlib import Path
 import sys
+from types import ModuleType
 from typing import NamedTuple
 
 INTERPRETED = 'SCREW_KINEMATICS_INTERPRETED'
@@ -101,6 +105,21 @@ def build() -> Build:
                  for source in (text, text.with_suffix('.pxd'))):
             outdated.append(text.stem)
     return Build(tuple(interpreted), tuple(outdated))
+
+
+@cache
+def interpreted(name: str) -> ModuleType:
+    """Return a module of this room as its text, whatever has been compiled."""
+    text = Path(__file__).with_name(f'{name}.py')
+    full_name = f'{__name__}.{name}'
+    module = import_module(full_name)
+    if module.__file__ == str(text):
+        return module
+    spec = spec_from_file_location(full_name, text)
+    assert spec is not None and spec.loader is not None
+    module = module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
 
 
 def texts() -> list[Path]:

@@ -12,7 +12,7 @@ from contextlib import nullcontext
 from typing import Any
 
 compiled = False
-double = int = longlong = uint = bint = Py_ssize_t = None
+double = int = longlong = ulonglong = uint = bint = Py_ssize_t = None
 
 
 def _same(function: Any) -> Any:

@@ -191,32 +191,21 @@ class Robot:
             self._use(needs)
             return
 
-        model, pipeline, settings = self.model, self.pipeline, self.settings
-        covariance = self.topics.needs_variances
+        model, settings = self.model, self.settings
 
-        def make(backend: str) -> Any:
-            assert pipeline is not None
-            program = model.compile(needs, backend=backend, axes=settings.expressed_in,
-                                    pole=settings.reference_point)
-            if program.backend == 'numba':
-                pipeline.warm_up(program, settings.motion, covariance)
-            return program
+        def make() -> Any:
+            return model.compile(needs, axes=settings.expressed_in,
+                                 pole=settings.reference_point)
 
         def done(program: Any) -> None:
             if number == self._latest_compilation:
                 self._programs[needs] = program
                 self._use(needs)
 
-        def first_done(program: Any) -> None:
-            done(program)
-            if number == self._latest_compilation:
-                # Machine code, where Numba is installed, takes over when it is there.
-                self._background.submit(partial(make, 'auto'), done, failed, urgent=False)
-
         def failed(error: ScrewKinematicsError) -> None:
             self._log.error(f'{self.name}: {error}')
 
-        self._background.submit(partial(make, 'python'), first_done, failed)
+        self._background.submit(make, done, failed)
 
     def _use(self, needs: tuple[str, ...]) -> None:
         assert self.pipeline is not None

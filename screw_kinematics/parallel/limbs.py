@@ -13,8 +13,7 @@ from ..chains.coupling import measured_as
 from ..chains.serial_chain import SerialChain
 from ..chains.tip_motion import tip_motion
 from ..errors import InvalidValueError
-from ..programs.program import motion_names
-from ..programs.python_text import Evaluate, python_function
+from ..programs.machine import Machine, machine
 from ..programs.tracing import Graph, straight_line
 from ..screws.rigid import row_of_pose
 from ..screws.se3 import Array
@@ -76,7 +75,7 @@ class Limbs:
         followed = {joint.source for joint in joints if joint.mimic is not None}
         self.wraps = np.array([kind == 'continuous' and name not in followed
                                for name, kind in zip(self.actuated, self.joint_kinds)])
-        self._programs: dict[int, Evaluate] = {}
+        self._programs: dict[int, Machine] = {}
         self._layout = self._kinematics_layout()
 
     def _check(self) -> None:
@@ -125,7 +124,7 @@ class Limbs:
             A value is too large to compute with.
 
         """
-        flat = np.array(self._program(0)(values), dtype=float)
+        flat = np.array(self._program(0).evaluate(values), dtype=float)
         if not np.abs(flat).max() < LARGEST:
             raise InvalidValueError(
                 f'the limbs reach further than {LARGEST:g} m {self.at(values)}')
@@ -149,7 +148,7 @@ class Limbs:
             Reduced states of the order, pole at the platform point, axes of the base.
 
         """
-        return np.array(self._program(order)(values), dtype=float)[:-1].reshape(-1, 6)
+        return np.array(self._program(order).evaluate(values), dtype=float)[:-1].reshape(-1, 6)
 
     def difference(self, joints: Array, others: Array) -> Array:
         """Return joints - others, without whole turns; shape (joints,)."""
@@ -182,7 +181,7 @@ class Limbs:
             drawn.append(np.array([*posture.points, posture.pose[:3, 3]]))
         return drawn
 
-    def _program(self, order: int) -> Evaluate:
+    def _program(self, order: int) -> Machine:
         """Return the program for screws (order 0) or for the bias of an order."""
         if order not in self._programs:
             graph = Graph()
@@ -190,9 +189,7 @@ class Limbs:
             values = graph.inputs(n * max(1, order)).reshape(-1, n)
             outputs = [number for chain, columns in zip(self.chains, self.columns)
                        for number in _traced(chain, values[:, columns], order)]
-            line = straight_line(values.size, [*outputs, 0.0])
-            names = motion_names(n, len(values) - 1)
-            self._programs[order] = python_function(line, names)
+            self._programs[order] = machine(straight_line(values.size, [*outputs, 0.0]))
         return self._programs[order]
 
     def _kinematics_layout(self) -> tuple[Array, ...]:

@@ -433,8 +433,7 @@ class ParallelManipulator(Manipulator):
         return dict(zip(self._limbs.names, self._limbs.points(posture.joints)))
 
     def compile(self, outputs: Iterable[str] = ('pose', 'twist', 'accel'),    # noqa: A003
-                backend: str = 'auto', axes: str = 'base', pole: str = 'tip',
-                ) -> ParallelProgram:
+                axes: str = 'base', pole: str = 'tip') -> ParallelProgram:
         """
         Return the program for a stream of samples, as :meth:`.SerialChain.compile` does.
 
@@ -444,13 +443,11 @@ class ParallelManipulator(Manipulator):
         ----------
         outputs : iterable of str
             As for a serial chain.
-        backend : {'auto', 'python', 'numba'}
-            What runs the traced steps from sample to sample; searches are NumPy's.
         axes, pole : {'base', 'tip'}
             Whose axes, and about which point, the six-vectors are.
 
         """
-        return ParallelProgram(self, outputs, backend, axes, pole)
+        return ParallelProgram(self, outputs, axes, pole)
 
     def _joint_vector(self, name: str, value: Any) -> Array:
         return finite_array(f'{name} of {self!r}', value, (self.dof,))

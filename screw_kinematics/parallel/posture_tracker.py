@@ -50,19 +50,18 @@ class Stream:
     order : int
         Highest time derivative.
     with_jacobian : bool
-    backend : {'python', 'numba'}
 
     """
 
     def __init__(self, limbs: Limbs, home: ClosedPosture, closed: float, order: int,
-                 with_jacobian: bool, backend: str) -> None:
+                 with_jacobian: bool) -> None:
         self._limbs, self._home, self._closed = limbs, home, closed
         self._order, self._with_jacobian = order, with_jacobian
         ranks = home.system.ranks
         joints = np.bincount(limbs.slot_of[0], minlength=len(limbs.chains))
         # Limbs with dependent passive screws (a leg free to spin) are not traced.
         self._nearby = None if np.any(ranks.kept.sum(axis=1) < joints) else NearbySteps(
-            limbs, ranks, order, with_jacobian, backend, closed)
+            limbs, ranks, order, with_jacobian, closed)
         self._found: Found | None = None
         self._moving = Moving((), (), (), ())
         self._refusal: ScrewKinematicsError | None = None
@@ -72,11 +71,6 @@ class Stream:
         """Forget the stream: the next sample is found from the home posture."""
         self.posture = self._home
         self._failures = 0
-
-    def warm_up(self) -> None:
-        """Compile now what would otherwise be compiled on the first call."""
-        if self._nearby is not None:
-            self._nearby.warm_up()
 
     @property
     def posture(self) -> ClosedPosture:

@@ -38,7 +38,6 @@ class ParallelProgram(Program):
     outputs : iterable of str
         As for a serial chain, and 'passive_position' and 'passive_velocity' of the passive
         joints.
-    backend : {'auto', 'python', 'numba'}
     axes, pole : {'base', 'tip'}
 
     Attributes
@@ -48,25 +47,22 @@ class ParallelProgram(Program):
     """
 
     def __init__(self, manipulator: ParallelManipulator, outputs: Iterable[str],
-                 backend: str = 'auto', axes: str = 'base', pole: str = 'tip') -> None:
+                 axes: str = 'base', pole: str = 'tip') -> None:
         outputs = checked_outputs(outputs, axes, pole, ORDERS)
         order = max(ORDERS[output] for output in outputs)
         dof, passive = manipulator.dof, len(manipulator.passive_joint_names)
         line, names = trace_outputs(outputs, order, dof, passive, axes, pole)
         super().__init__(line, output_sizes(outputs, dof, passive), manipulator.joint_names,
-                         order, backend, axes, pole, manipulator.base_frame,
-                         manipulator.tip_frame, names)
+                         order, axes, pole, manipulator.base_frame, manipulator.tip_frame,
+                         names)
         self.passive_joint_names = manipulator.passive_joint_names
         self._limbs = Limbs(manipulator.limbs, manipulator.joint_names,
                             manipulator.characteristic_length)
         self._home = manipulator.home
         self._closed = manipulator.closure_tolerance
         self._stream = Stream(self._limbs, self._home, self._closed, order,
-                              'jacobian' in outputs, self.backend)
-        self._convert = self._backend.evaluate
+                              'jacobian' in outputs)
         self.evaluate = self._evaluate
-        self.workspace = np.zeros(self.inputs + len(self.line.outputs))
-        self.run = self._run
         self.reset()
 
     @property
@@ -130,7 +126,14 @@ class ParallelProgram(Program):
                 'Newton steps': posture.iterations,
                 'limbs in another working mode': int((posture.working_mode < 0).sum())}
 
-    def batch(self, *motion: Any, out: Array | None = None) -> dict[str, Array]:
+    def __call__(self, *motion: Any) -> dict[str, Array]:
+        """Return the outputs for one sample; see :meth:`Program.__call__`."""
+        values = np.concatenate(self._checked(motion, 1)).tolist()
+        flat = np.array(self.evaluate(values))
+        return {name: flat[part] for name, part in self.slices.items()}
+
+    def batch(self, *motion: Any, out: Array | None = None,
+              threads: int = 1) -> dict[str, Array]:
         """
         Return the outputs for many samples, each found from the one before.
 
@@ -140,6 +143,8 @@ class ParallelProgram(Program):
             q and its derivatives up to at least ``order``.
         out : array, shape (N, size of all outputs), optional
             Where the results go.
+        threads : int
+            Without effect: each sample needs the one before.
 
         Returns
         -------
@@ -157,15 +162,6 @@ class ParallelProgram(Program):
         raise InvalidValueError(
             'a parallel manipulator has no source text; its postures are found by iteration')
 
-    def warm_up(self) -> None:
-        """Compile now what would otherwise be compiled on the first call."""
-        self._stream.warm_up()
-        super().warm_up()
-
-    def _run(self) -> None:
-        n = self.inputs
-        self.workspace[n:] = self.evaluate(self.workspace[:n].tolist())
-
     def _evaluate(self, values: Sequence[float]) -> Sequence[float]:
         solved = self._stream.advance(values)
         n = len(self.passive_joint_names)
@@ -175,4 +171,4 @@ class ParallelProgram(Program):
             numbers += solved.passive
         if 'passive_velocity' in self.slices:
             numbers += solved.passive_rates[:n]
-        return self._convert(numbers)
+        return self._machine.evaluate(numbers)

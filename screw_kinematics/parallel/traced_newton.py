@@ -12,7 +12,7 @@ from .limbs import Limbs
 from .loop_closure import CONVERGED
 from .screw_system import Ranks
 from .traced_step import LARGEST_TURN, trace_step, TracedStep, work_places
-from ..programs.backends import make_backend
+from ..programs.machine import machine
 
 LONGEST = 0.1
 """Longest way of an actuated joint from sample to sample [rad, m by the length]."""
@@ -61,28 +61,22 @@ class NearbySteps:
     order : int
         Highest time derivative.
     with_jacobian : bool
-    backend : {'python', 'numba'}
     closed : float
         Largest misfit of a closed loop.
 
     """
 
     def __init__(self, limbs: Limbs, ranks: Ranks, order: int, with_jacobian: bool,
-                 backend: str, closed: float) -> None:
+                 closed: float) -> None:
         rows = ranks.limb_of_row.tolist()
         self._places = tuple(zip(*work_places(limbs, rows)))
         self._dof, self._order = len(limbs.actuated), order
         self._largest_misfit = closed * closed
         self._wraps = [int(k) for k in limbs.wraps.nonzero()[0]]
         self._scale = limbs.scale[:self._dof].tolist()
-        self._whole = _Runner(trace_step(limbs, rows, order, with_jacobian), backend)
-        # In plain Python all the rest takes as long as the step, which does not need it.
-        self._first = self._whole if backend == 'numba' else _Runner(
-            trace_step(limbs, rows), backend)
-
-    def warm_up(self) -> None:
-        """Compile now what would otherwise be compiled on the first call."""
-        self._whole.backend.warm_up()
+        self._whole = _Runner(trace_step(limbs, rows, order, with_jacobian))
+        # All the rest takes as long as the step, which does not need it.
+        self._first = _Runner(trace_step(limbs, rows))
 
     def memory(self, posture: ClosedPosture) -> list[float]:
         """Return what the next posture is found with, of one that was found otherwise."""
@@ -137,7 +131,7 @@ class NearbySteps:
                 and stiffness <= STIFFEST and min(out[at['margins']]) >= 0
                 and max(out[at['misfit']]) <= self._largest_misfit):
             return None
-        speeds, found = given, out[at['rates']]
+        speeds, found = given, list(out[at['rates']])
         if not self._order:     # the way itself, in the time of one sample
             speeds, found = way, [a - b for a, b in zip(passive, before.joints[len(way):])]
         return Found(Moving([*actuated, *passive], out[at['memory']], speeds, found),
@@ -146,12 +140,10 @@ class NearbySteps:
 
 
 class _Runner:
-    """A traced step on a backend."""
+    """A traced step on a machine."""
 
-    def __init__(self, step: TracedStep, backend: str) -> None:
-        names = [f'i{k}' for k in range(step.line.n_inputs)]
-        self.backend = make_backend(backend, step.line, names)
-        self.evaluate = self.backend.evaluate
+    def __init__(self, step: TracedStep) -> None:
+        self.evaluate = machine(step.line).evaluate
         self.slices = step.slices
 
 

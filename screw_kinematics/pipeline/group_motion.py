@@ -73,14 +73,11 @@ class GroupMotion:
         Highest derivative that is wanted, 0 to 4.
     covariance : bool
         Whether the covariance is wanted, which only an estimator knows.
-    compiled : bool
-        Whether the estimator shall run compiled where Numba is installed. The first one of
-        all waits for the compiler.
 
     """
 
     def __init__(self, settings: MotionSettings, continuous: Sequence[bool], order: int = 2,
-                 covariance: bool = False, compiled: bool = False) -> None:
+                 covariance: bool = False) -> None:
         self.settings = settings
         self.estimator: GuardedEstimator | None = None
         self.stamp_ns = 0
@@ -94,17 +91,15 @@ class GroupMotion:
         self._motion: JointMotion | None = None
         self._backward = 0
         self._jerks: deque[tuple[int, Sequence[float]]] = deque()
-        self.want(order, covariance, compiled)
+        self.want(order, covariance)
 
-    def want(self, order: int, covariance: bool = False, compiled: bool = False) -> None:
+    def want(self, order: int, covariance: bool = False) -> None:
         """Say what is wanted from now on; a running estimator goes on."""
         self.order = order
         estimated = self.settings.delay > 0 or covariance or (
             order > 1 if self._measured else order > 0)
         if estimated and self.estimator is None:
             self.estimator = self.settings.make_estimator(self._continuous)
-        if compiled and self.estimator is not None:
-            self.estimator.warm_up()
         self._estimated = estimated
 
     def reset(self) -> None:

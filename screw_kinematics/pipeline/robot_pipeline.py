@@ -31,14 +31,10 @@ class Program(Protocol):
 
     order: int
     inputs: int
-    backend: str
 
     @property
     def evaluate(self) -> Callable[[Sequence[float]], Sequence[float]]:
         """Return the outputs from positions, velocities, ... of the joints."""
-
-    def warm_up(self) -> None:
-        """Do now what would otherwise be done on the first call."""
 
 
 class RobotPipeline:
@@ -87,28 +83,13 @@ class RobotPipeline:
         self._layout: Layout | None = None
         self._group_motion: GroupMotion | None = None
         self._program: Program | None = None
-        self._order, self._covariance, self._compiled = 0, False, False
+        self._order, self._covariance = 0, False
         self.configure(settings, max_apart)
 
     @property
     def joint_names(self) -> tuple[str, ...]:
         """Names of the measured joints."""
         return self._joints.joint_names
-
-    def warm_up(self, program: Program, settings: MotionSettings,
-                covariance: bool = False) -> None:
-        """
-        Compile what the first samples would wait for; in any thread, beside the samples.
-
-        Parameters
-        ----------
-        program, settings, covariance
-            What will be given to :meth:`configure` and :meth:`want`.
-
-        """
-        program.warm_up()
-        # All later ones find compiled what the first one has compiled.
-        GroupMotion(settings, self._continuous, program.order, covariance, compiled=True)
 
     def want(self, program: Program | None, covariance: bool = False) -> None:
         """
@@ -125,9 +106,8 @@ class RobotPipeline:
         self._program = program
         self._covariance = covariance
         self._order = 0 if program is None else program.order
-        self._compiled = program is not None and program.backend == 'numba'
         for motion in self._motions.values():
-            motion.want(self._order, covariance, self._compiled)
+            motion.want(self._order, covariance)
 
     def configure(self, settings: MotionSettings, max_apart: float) -> None:
         """Go over to other settings; joint motion goes on where its settings are the same."""
@@ -291,7 +271,7 @@ class RobotPipeline:
         self._rounds.keep(self._joints.groups)
         motion = self._motions[columns] = GroupMotion(
             self.settings, [self._continuous[c] for c in columns], self._order,
-            self._covariance, self._compiled)
+            self._covariance)
         return motion
 
     def _refuse(self, reason: str) -> Sequence[float] | None:

@@ -3,15 +3,15 @@
 """A compiled chain: one call from joint motion to the motion of the tip."""
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from keyword import iskeyword
 from typing import Any
 
 import numpy as np
 
-from .backends import make_backend
 from .c_text import c_header, c_source
 from .instructions import StraightLine
+from .machine import machine
 from .python_text import python_source
 from ..errors import InvalidValueError, ShapeError, UnknownNameError
 from ..screws.se3 import Array
@@ -35,7 +35,7 @@ MEANINGS = {
 
 class Program:
     """
-    The straight-line program of a chain, on a backend.
+    The straight-line program of a chain, and the machine that runs it.
 
     Made by ``chain.compile(...)``. Six-vectors are angular first, SI units.
 
@@ -48,8 +48,6 @@ class Program:
         Measured joints: the order of the entries of q.
     order : int
         Highest derivative of q among the inputs.
-    backend : {'auto', 'python', 'numba'}
-        'auto' is 'numba' where Numba is installed.
     axes, pole : {'base', 'tip'}
         Whose axes the six-vectors are in, and which point they refer to.
     base_frame, tip_frame : str
@@ -64,23 +62,15 @@ class Program:
         Where each output is in the result of :meth:`evaluate`.
     evaluate : callable
         From a sequence of ``inputs`` floats to a tuple of floats, all outputs one after
-        the other. NaN goes through; an infinite angle gives NaN with Numba, and in plain
-        Python the ValueError of ``math.sin``.
-    backend : str
-        'python' or 'numba'.
-    workspace : array, shape (inputs + size of all outputs,)
-        Inputs, and behind them outputs, of ``run()``. With Numba this is the shortest
-        way, as nothing is converted. One thread at a time, which holds for ``evaluate``
-        with Numba too.
-    run : callable
-        Computes the outputs in the workspace from the inputs in it.
+        the other; the shortest way for one sample. NaN goes through; infinite angles and
+        divisions by zero give NaN and infinity.
 
     """
 
     def __init__(self, line: StraightLine, sizes: Mapping[str, int],
-                 joint_names: Sequence[str], order: int, backend: str = 'auto',
-                 axes: str = 'base', pole: str = 'tip', base_frame: str = 'base',
-                 tip_frame: str = 'tool', input_names: Sequence[str] | None = None) -> None:
+                 joint_names: Sequence[str], order: int, axes: str = 'base',
+                 pole: str = 'tip', base_frame: str = 'base', tip_frame: str = 'tool',
+                 input_names: Sequence[str] | None = None) -> None:
         self.line = line
         self.outputs = tuple(sizes)
         self.joint_names = tuple(joint_names)
@@ -93,15 +83,13 @@ class Program:
         self.slices = {name: slice(a, b) for name, a, b in zip(sizes, ends, ends[1:])}
         self.input_names = motion_names(self.dof, order) if input_names is None \
             else tuple(input_names)
-        self._backend = make_backend(backend, line, self.input_names)
-        self.backend = self._backend.name
-        self.evaluate = self._backend.evaluate
-        self.workspace = self._backend.workspace
-        self.run = self._backend.run
+        self._machine = machine(line, self.dof, self.slices)
+        self._sample = self._machine.sample
+        self.evaluate: Callable[[Sequence[float]], Sequence[float]] = self._machine.evaluate
 
     def __repr__(self) -> str:
         return (f'Program({", ".join(self.outputs)}; {self.dof} joints, axes of the '
-                f'{self.axes}, pole at the {self.pole}, {self.backend})')
+                f'{self.axes}, pole at the {self.pole})')
 
     def __call__(self, *motion: Any) -> dict[str, Array]:
         """
@@ -117,11 +105,17 @@ class Program:
         dict from str to array, shape (size of the output,)
 
         """
-        parts = self._checked(motion, 1)
-        flat = np.array(self.evaluate(np.concatenate(parts).tolist()))
-        return {name: flat[part] for name, part in self.slices.items()}
+        try:
+            results = self._sample(motion)
+        except (TypeError, ValueError):     # no contiguous arrays
+            results = None
+        if results is None:
+            results = self._sample(tuple(self._checked(motion, 1)))
+            assert results is not None
+        return results
 
-    def batch(self, *motion: Any, out: Array | None = None) -> dict[str, Array]:
+    def batch(self, *motion: Any, out: Array | None = None,
+              threads: int = 2) -> dict[str, Array]:
         """
         Return the outputs for many samples.
 
@@ -132,6 +126,9 @@ class Program:
         out : array, shape (N, size of all outputs), optional
             Where the results go; contiguous, float. New memory costs about as much time
             as the computation.
+        threads : int
+            Most threads that long batches are shared by, this one included. Where the core is
+            not compiled there is one.
 
         Returns
         -------
@@ -141,8 +138,13 @@ class Program:
         """
         parts = self._checked(motion, 2)
         results = self._results(len(parts[0]), out)
-        self._backend.batch(parts, results)
+        self._machine.batch(parts, results, threads)
         return {name: results[:, part] for name, part in self.slices.items()}
+
+    @property
+    def operations(self) -> int:
+        """Return how many operations a sample takes, sines and cosines included."""
+        return len(self.line.operations)
 
     def source(self, language: str, name: str = 'tip_motion') -> str:
         """
@@ -191,10 +193,6 @@ class Program:
     def _frame(self, which: str) -> str:
         return self.base_frame if which == 'base' else self.tip_frame
 
-    def warm_up(self) -> None:
-        """Compile now what would otherwise be compiled on the first call."""
-        self._backend.warm_up()
-
     def continue_from(self, before: Program) -> None:
         """Do nothing: samples of an open chain are independent; see ParallelProgram."""
 
@@ -215,7 +213,7 @@ class Program:
         if len(motion) < len(needed):
             raise InvalidValueError(
                 f'{self!r} needs {", ".join(needed)}; got {len(motion)} of them')
-        parts = [np.asarray(part, dtype=float) for part in motion[:len(needed)]]
+        parts = [np.ascontiguousarray(part, dtype=float) for part in motion[:len(needed)]]
         expected = ((len(parts[0]),) if ndim == 2 and parts[0].ndim else ()) + (self.dof,)
         for name, part in zip(needed, parts):
             if part.ndim != ndim or part.shape != expected:

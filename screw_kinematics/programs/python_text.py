@@ -1,20 +1,14 @@
 # Copyright screw_kinematics contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The program as one plain Python function of floats: no compiler, nothing to install."""
+"""The program as the text of one Python function of floats, which needs nothing but ``math``."""
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import lru_cache
 import math
+from typing import Any
 
 from .instructions import StraightLine
 from .statements import assignments
-
-Evaluate = Callable[[Sequence[float]], Sequence[float]]
-
-KEPT = 64
-"""Functions kept for programs of the same text: robots that are alike share theirs, which then
-stays in the processor's cache."""
 
 
 def python_source(line: StraightLine, input_names: Sequence[str], name: str = 'evaluate',
@@ -57,13 +51,10 @@ def python_source(line: StraightLine, input_names: Sequence[str], name: str = 'e
     return '\n'.join(rows) + '\n'
 
 
-def python_function(line: StraightLine, input_names: Sequence[str]) -> Evaluate:
-    """Return the program as a function from a sequence of floats to a tuple."""
-    return _function(python_source(line, input_names))
-
-
-@lru_cache(maxsize=KEPT)
-def _function(source: str) -> Evaluate:
-    scope = {'sin': math.sin, 'cos': math.cos, 'sqrt': math.sqrt}
+def python_function(line: StraightLine, sin: Callable[..., Any], cos: Callable[..., Any],
+                    sqrt: Callable[..., Any] = math.sqrt) -> Callable[..., Any]:
+    """Return the program as a function from a sequence, of floats or arrays, to a tuple."""
+    source = python_source(line, [f'i{k}' for k in range(line.n_inputs)])
+    scope = {'sin': sin, 'cos': cos, 'sqrt': sqrt}
     exec(compile(source, '<screw_kinematics program>', 'exec'), scope)
-    return scope['evaluate']    # type: ignore[return-value]
+    return scope['evaluate']

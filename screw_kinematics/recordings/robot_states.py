@@ -66,8 +66,7 @@ class RobotStates:
         self.outputs = tuple(name for name in settings.outputs if name not in LEFT_OUT)
         self.account = Account()
         needs = tuple(dict.fromkeys(n for o in self.outputs for n in KINDS[o].needs))
-        # In NumPy blocks: at millions of samples a second, compiling more would not pay.
-        self.program = model.compile(needs, backend='python', axes=settings.expressed_in,
+        self.program = model.compile(needs, axes=settings.expressed_in,
                                      pole=settings.reference_point)
         self._smoothing, self._stages = smoothing, stages
         self._continuous = continuous_joints(model)

@@ -58,25 +58,6 @@ def test_signals_under_load_end_the_process_cleanly(context, wait_until, kind, n
     assert (process.returncode, 'Traceback' in errors) == (0, False), errors
 
 
-def test_a_signal_ends_the_process_while_it_compiles(context, wait_until, tmp_path, monkeypatch):
-    pytest.importorskip('numba')
-    for cache in 'XDG_CACHE_HOME', 'NUMBA_CACHE_DIR':      # nothing is compiled yet
-        monkeypatch.setenv(cache, str(tmp_path))
-    node = Node('listener', context=context)
-    node.create_subscription(TwistStamped, 'arm/twist', lambda _: None, 10)
-    process = start(*ARM)
-    try:
-        # The text is written before it is compiled.
-        wait_until(lambda: process.poll() is not None or list(tmp_path.rglob('program_*.py')))
-        process.send_signal(signal.SIGINT)
-        _, errors = process.communicate(timeout=60)
-    finally:
-        process.kill()
-        node.destroy_node()
-    assert (process.returncode, 'Traceback' in errors) == (0, False), errors
-    assert not list(tmp_path.rglob('program_*.nbi'))        # the end did not wait for it
-
-
 @pytest.mark.parametrize('delay', [0.0, 0.1, 0.2, 0.4])
 def test_signals_while_starting_end_the_process_cleanly(ros_domain, delay):
     # The first line tells that Python is up and the signals are taken.

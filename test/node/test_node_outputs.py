@@ -104,7 +104,7 @@ def poses(messages):
 def offline(settings, outputs, **frames):
     """Return what the logic of the node makes of the same samples."""
     chain = models.load(PUMA)
-    program = chain.compile(outputs=outputs, backend='python', **frames)
+    program = chain.compile(outputs=outputs, **frames)
     pipeline = RobotPipeline(chain.joint_names, settings)
     pipeline.want(program)
     results = {}

@@ -12,7 +12,7 @@ from support.rig import PUMA
 class Defective:
     """A program with a defect."""
 
-    order, inputs, backend = 0, 6, 'python'
+    order, inputs = 0, 6
 
     @staticmethod
     def evaluate(values):

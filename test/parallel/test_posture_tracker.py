@@ -50,7 +50,7 @@ def traced(program):
     OUTPUTS, ('pose',), ('twist', 'passive_velocity'), ('pose', 'twist', 'accel')])
 def test_a_stream_is_its_samples(name, outputs):
     manipulator = load(name)
-    program = manipulator.compile(outputs, 'python')
+    program = manipulator.compile(outputs)
     for k, motion in enumerate(samples(name, 3, 8)):
         values = np.concatenate(motion[:program.order + 1]).tolist()
         found, expected = np.array(program.evaluate(values)), searched(
@@ -64,27 +64,16 @@ def test_a_stream_is_its_samples(name, outputs):
 
 def test_exact_rates_leave_one_step_to_take_and_one_to_check():
     stewart = load('stewart_6ups')
-    program = stewart.compile(('pose', 'twist', 'accel'), 'python')
+    program = stewart.compile(('pose', 'twist', 'accel'))
     for k, motion in enumerate(samples('stewart_6ups', 0, 6)):
         program(*motion[:3])
         assert k == 0 or program.posture.iterations == 2
 
 
-def test_machine_code_does_the_same():
-    pytest.importorskip('numba')
-    planar = load('planar_3rrr')
-    programs = [planar.compile(('pose', 'twist'), backend) for backend in ('python', 'numba')]
-    for k, motion in enumerate(samples('planar_3rrr', 1, 20)):
-        one, other = (program(*motion) for program in programs)
-        assert k == 0 or all(map(traced, programs))
-        for name, values in one.items():
-            np.testing.assert_allclose(other[name], values, rtol=0, atol=1e-13)
-
-
 def test_endless_motors_go_round():
     planar = load('planar_3rrr')
     endless = with_endless_joints(planar)
-    program = endless.compile(('pose',), 'python')
+    program = endless.compile(('pose',))
     for k in range(5):
         q = planar.home.actuated + 0.002 * k
         found = program(q + 2 * np.pi * np.array([k, -k, 0]))['pose']
@@ -98,7 +87,7 @@ def test_redundant_measurements_that_contradict_each_other():
     names = planar.joint_names + planar.passive_joint_names
     redundant = ParallelManipulator(planar.limbs, [*planar.joint_names, 'elbow_1'],
                                     dict(zip(names, planar.home.joints)))
-    program = redundant.compile(('pose', 'twist'), 'python')
+    program = redundant.compile(('pose', 'twist'))
     for k in range(5):
         posture = planar.posture(planar.home.actuated + 0.004 * k)
         q = np.append(posture.actuated, posture.passive[0] + 1e-3)
@@ -119,7 +108,7 @@ def test_a_leg_that_spins_freely_is_searched_for():
         [SerialChain(joints, limb.T_base_tool, name=limb.name), *stewart.limbs[1:]],
         stewart.joint_names, dict(zip(
             stewart.joint_names + stewart.passive_joint_names, stewart.home.joints)))
-    program = spinning.compile(('pose', 'twist', 'accel'), 'python')
+    program = spinning.compile(('pose', 'twist', 'accel'))
     for motion in samples('stewart_6ups', 2, 3):
         found, expected = program(*motion[:3]), stewart.state(*motion[:3])
         assert not traced(program)
@@ -129,7 +118,7 @@ def test_a_leg_that_spins_freely_is_searched_for():
 def test_no_step_leads_over_a_direct_singularity():
     """A parallelogram that is folded flat, slowly, does not come out on the other side."""
     linkage = parallelogram()
-    program = linkage.compile(('pose',), 'python')
+    program = linkage.compile(('pose',))
     refused = []
     for angle in np.arange(-1.0, -1.7, -0.002):
         try:
@@ -145,7 +134,7 @@ def test_no_step_leads_over_a_direct_singularity():
 
 def test_towards_a_direct_singularity_the_search_takes_over():
     planar, yaw = load('planar_3rrr'), singular_yaw()
-    program, kinds = planar.compile(('pose',), 'python'), []
+    program, kinds = planar.compile(('pose',)), []
     for gap in np.geomspace(-yaw, 1e-5, 120):
         found = program(planar_joints(pose_of(yaw=yaw + gap)))['pose']
         kinds.append(traced(program))
@@ -155,7 +144,7 @@ def test_towards_a_direct_singularity_the_search_takes_over():
 
 def test_a_limb_that_comes_out_on_the_other_side_is_noticed():
     planar = load('planar_3rrr')
-    program = planar.compile(('pose',), 'python')
+    program = planar.compile(('pose',))
     for y in np.linspace(0, -0.2 + 1e-6, 100):
         program(planar_joints(pose_of(y=y)))
     _, straight = stretched()
@@ -170,7 +159,7 @@ def test_a_limb_that_comes_out_on_the_other_side_is_noticed():
 
 def test_what_stays_out_of_reach_is_refused_each_time_and_searched_for_seldom(monkeypatch):
     stewart = load('stewart_6ups')
-    program = stewart.compile(('pose',), 'python')
+    program = stewart.compile(('pose',))
     home = stewart.home.actuated
     searches = []
     module = __import__('screw_kinematics.parallel.posture_tracker', fromlist=['follow'])

@@ -150,7 +150,7 @@ def test_variances_are_those_of_the_estimator_and_unknown_where_measured():
     (math.inf, OVERFLOW), (math.nan, OVERFLOW)])
 def test_a_posture_without_a_state_is_refused_and_the_next_one_used(failure, reason):
     class Fails:
-        order, inputs, backend, fails = 0, 3, 'python', True
+        order, inputs, fails = 0, 3, True
 
         def evaluate(self, values):
             if self.fails and isinstance(failure, Exception):

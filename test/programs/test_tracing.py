@@ -6,12 +6,12 @@ import math
 import numpy as np
 import pytest
 
-from screw_kinematics.programs.python_text import python_function
+from screw_kinematics.programs.machine import machine
 from screw_kinematics.programs.tracing import Graph, Scalar, straight_line
 
 
 def run(line, values):
-    return python_function(line, [f'q{k}' for k in range(line.n_inputs)])(values)
+    return machine(line).evaluate(values)
 
 
 def test_equal_expressions_are_one_operation():

@@ -102,7 +102,7 @@ def errors(case: Case) -> dict[str, dict[str, float]]:
         'pose': state.pose[:3], 'twist': state.velocity, 'accel': state.classical(2),
         'reduced_accel': state.reduced_acceleration, 'jerk': state.classical(3),
         'snap': state.classical(4)}
-    program = case.chain.compile(outputs=QUANTITIES, backend='python')(*case.motion)
+    program = case.chain.compile(outputs=QUANTITIES)(*case.motion)
     program['pose'] = np.column_stack([program['pose'][3:].reshape(3, 3), program['pose'][:3]])
     return {name: {key: relative_error(found[key], expected[key]) for key in QUANTITIES}
             for name, found in (('library', library), ('compiled', program))}

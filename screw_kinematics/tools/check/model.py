@@ -40,11 +40,8 @@ def report_model(robot: Any) -> Iterator[Finding]:
         return
     if isinstance(robot, SerialChain):
         yield from _report_freedom(robot)
-    program = robot.compile(('pose', 'twist', 'accel'), backend='python')
-    count = getattr(program, 'line', None)
-    if count is not None:
-        yield Finding(FACT, 'pose, twist and acceleration take '
-                            f'{sum(count.count().values())} operations')
+    program = robot.compile(('pose', 'twist', 'accel'))
+    yield Finding(FACT, f'pose, twist and acceleration take {program.operations} operations')
 
 
 def _report_freedom(robot: SerialChain) -> Iterator[Finding]:

@@ -46,7 +46,7 @@ def straight_line_files(robot: Any, quantities: Sequence[Quantity], language: st
     """
     if not isinstance(robot, SerialChain):
         raise ToolError(f'{robot.name}: there are straight-line programs of open chains only')
-    program = robot.compile(tuple(q.name for q in quantities), 'python', axes, pole)
+    program = robot.compile(tuple(q.name for q in quantities), axes, pole)
     about = [*heading(robot, name, axes, pole), '', 'Returns, one after the other:']
     about += [f'{part.start:>3} ... {part.stop - 1}  {q.name}: {q.described()}'
               for q, part in zip(quantities, program.slices.values())]
