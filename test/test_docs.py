@@ -15,10 +15,14 @@ import zlib
 
 import pytest
 
+from screw_kinematics import models
+from screw_kinematics.pipeline.parameter_file import read_robots
+
 ROOT = Path(__file__).parents[1]
 PAGES = sorted((ROOT / 'doc').rglob('*.md'))
 TEXTS = [ROOT / 'README.md', ROOT / 'CONTRIBUTING.md', ROOT / 'QUALITY_DECLARATION.md', *PAGES]
 PYTHON = re.compile(r'^```python\n(.*?)^```$', re.DOTALL | re.MULTILINE)
+YAML = re.compile(r'^```yaml\n(.*?)^```$', re.DOTALL | re.MULTILINE)
 LINK = re.compile(r'(?<!`)\]\(([^)\s`]+)\)')
 ROLE = re.compile(r'\{doc\}`(?:[^`<]*<)?([^`>]+)>?`')
 TEST = re.compile(r'`([\w/]*test_\w+\.py)::(test_\w+)`')
@@ -57,6 +61,17 @@ def test_python_on_a_page_runs(page, monkeypatch):
             test, out=reports.append, clear_globs=False)
         names = test.globs
         assert not result.failed, ''.join(reports)
+
+
+@pytest.mark.parametrize('page', PAGES, ids=name)
+def test_model_and_parameter_files_on_a_page_are_accepted(page, tmp_path):
+    for number, text in enumerate(YAML.findall(page.read_text(encoding='utf-8'))):
+        file = tmp_path / f'{number}.yaml'
+        file.write_text(text, encoding='utf-8')
+        if text.startswith('name:') and 'limb_1' not in text:   # a limb alone is an excerpt
+            models.load(str(file))
+        elif '    robots:' in text:
+            read_robots(file)
 
 
 @pytest.mark.parametrize('page', [p for p in TEXTS if p.exists()], ids=name)
