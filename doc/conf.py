@@ -54,10 +54,10 @@ release = version = version_of_package()
 extensions = [
     'myst_parser', 'numpydoc', 'sphinx.ext.autodoc', 'sphinx.ext.autosummary',
     'sphinx.ext.intersphinx', 'sphinx.ext.mathjax', 'sphinxcontrib.mermaid',
-    'sphinx_copybutton', 'tables_from_code']
+    'sphinx_copybutton', 'from_the_code']
 nitpicky = True
 # Types in signatures are for reading; references in text must resolve.
-nitpick_ignore_regex = [('py:(class|exc|obj|data)', '.*'), ('py:meth', 'evaluate')]
+nitpick_ignore_regex = [('py:(class|exc|obj|data)', '.*')]
 intersphinx_mapping = reachable({
     'python': 'https://docs.python.org/3', 'numpy': 'https://numpy.org/doc/stable',
     'sympy': 'https://docs.sympy.org/latest'})

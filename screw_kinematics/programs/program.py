@@ -57,9 +57,9 @@ class Program:
     Attributes
     ----------
     inputs : int
-        Numbers that :meth:`evaluate` takes: q, then qd, ... up to ``order``.
+        Numbers that ``evaluate`` takes: q, then qd, ... up to ``order``.
     slices : dict from str to slice
-        Where each output is in the result of :meth:`evaluate`.
+        Where each output is in the result of ``evaluate``.
     evaluate : callable
         From a sequence of ``inputs`` floats to a tuple of floats, all outputs one after
         the other; the shortest way for one sample. NaN goes through; infinite angles and

@@ -1,9 +1,13 @@
 # Copyright screw_kinematics contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Directives that print tables of the code, so that pages cannot fall behind it."""
+"""Directives that print what the code says of itself, so that pages cannot fall behind it."""
 from __future__ import annotations
 
 from collections.abc import Iterable
+from contextlib import redirect_stdout, suppress
+import importlib
+from io import StringIO
+import os
 from typing import Any
 
 from docutils import nodes
@@ -14,6 +18,24 @@ from sphinx.util.docutils import SphinxDirective
 from screw_kinematics.pipeline.settings import NODE, ROBOT, Setting
 
 WHEN = {'': 'at any time', 'configured': 'while unconfigured', 'started': 'at start only'}
+
+
+class Help(SphinxDirective):
+    """What a console program prints for ``--help``; arguments: its module, and words before."""
+
+    required_arguments = 1
+    optional_arguments = 1
+
+    def run(self) -> list[nodes.Node]:
+        """Return the help as a block of text."""
+        program = importlib.import_module(f'screw_kinematics.{self.arguments[0]}')
+        printed = StringIO()
+        os.environ['COLUMNS'] = '79'        # as argparse asks for it
+        with redirect_stdout(printed), suppress(SystemExit):
+            program.main([*self.arguments[1:], '--help'])
+        block = nodes.literal_block(printed.getvalue(), printed.getvalue())
+        block['language'] = 'text'
+        return [block]
 
 
 class Parameters(SphinxDirective):
@@ -52,4 +74,5 @@ def shown(value: Any) -> str:
 def setup(app: Sphinx) -> dict[str, bool]:
     """Add the directives."""
     app.add_directive('parameters', Parameters)
+    app.add_directive('help', Help)
     return {'parallel_read_safe': True}
