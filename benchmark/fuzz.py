@@ -27,8 +27,7 @@ with atheris.instrument_imports(include=['screw_kinematics']):
     from screw_kinematics.errors import ScrewKinematicsError
     from screw_kinematics.messages.joint_state import JointStateDecoder
     from screw_kinematics.models.guarded_yaml import read_yaml
-    from screw_kinematics.models.model_file import chain_from_data
-    from screw_kinematics.models.parallel_file import manipulator_from_data
+    from screw_kinematics.models.model_file import robot_from_data
     from screw_kinematics.models.urdf import load_urdf
     from screw_kinematics.node.foreign_encoding import read_by_middleware
 
@@ -53,13 +52,8 @@ def read_urdf(data: bytes) -> object:
 
 
 def read_model(data: bytes) -> object:
-    """Read a model file of a serial robot."""
-    return chain_from_data(read_yaml('fuzz', data), 'fuzz', 'fuzz')
-
-
-def read_parallel(data: bytes) -> object:
-    """Read a model file of a parallel robot."""
-    return manipulator_from_data(read_yaml('fuzz', data), 'fuzz', 'fuzz')
+    """Read a model file."""
+    return robot_from_data(read_yaml('fuzz', data), 'fuzz', 'fuzz')
 
 
 def read_joint_state(data: bytes) -> object:
@@ -72,7 +66,6 @@ def read_joint_state(data: bytes) -> object:
 TARGETS: dict[str, tuple[Callable[[bytes], object], list[bytes]]] = {
     'urdf': (read_urdf, [URDF]),
     'model': (read_model, [path.read_bytes() for path in ROBOTS.glob('*.yaml')]),
-    'parallel': (read_parallel, [path.read_bytes() for path in ROBOTS.glob('*.yaml')]),
     'joint_state': (read_joint_state, [JOINT_STATE]),
 }
 

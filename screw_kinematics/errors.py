@@ -47,6 +47,7 @@ class ModelError(ScrewKinematicsError, ValueError):
 
     def __init__(self, source: str, problem: str) -> None:
         self.source = source
+        self.problem = problem
         super().__init__(f'{source}: {problem}')
 
 

@@ -34,6 +34,8 @@ class Manipulator(ABC):
     joint_names: Any
     base_frame: str
     tip_frame: str
+    warnings: tuple[str, ...] = ()
+    """What its description has that the robot has not."""
 
     @property
     @abstractmethod

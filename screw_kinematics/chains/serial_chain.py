@@ -38,6 +38,8 @@ class SerialChain(Manipulator):
         Frame names.
     name : str
         Name of the robot, for messages.
+    warnings : iterable of str
+        What its description has that the chain has not.
 
     Raises
     ------
@@ -54,11 +56,13 @@ class SerialChain(Manipulator):
     """
 
     def __init__(self, joints: Iterable[Joint], T_base_tool: Any = None,    # noqa: N803
-                 base_frame: str = 'base', tip_frame: str = 'tool', name: str = '') -> None:
+                 base_frame: str = 'base', tip_frame: str = 'tool', name: str = '',
+                 warnings: Iterable[str] = ()) -> None:
         self.joints = tuple(joints)
         self.base_frame = base_frame
         self.tip_frame = tip_frame
         self.name = name
+        self.warnings = tuple(warnings)
         self.T_base_tool = rigid_displacement('T_base_tool', T_base_tool)
         self._coupling = MimicCoupling(self.joints, repr(self))
 
@@ -106,7 +110,8 @@ class SerialChain(Manipulator):
         """
         return SerialChain(
             self.joints, self.T_base_tool @ rigid_displacement('T_tip_tool', T_tip_tool),
-            self.base_frame, self.tip_frame if tip_frame is None else tip_frame, self.name)
+            self.base_frame, self.tip_frame if tip_frame is None else tip_frame, self.name,
+            self.warnings)
 
     def joint_values(self, q: Any, order: int = 0) -> Array:
         """

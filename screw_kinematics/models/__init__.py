@@ -3,7 +3,7 @@
 """
 Robot descriptions and how they become chains or parallel manipulators.
 
-Formats: model files in YAML (:mod:`.model_file`, :mod:`.parallel_file`), URDF, and xacro
+Formats: model files in YAML (:mod:`.model_file`), URDF, and xacro
 where it is installed.
 """
 from .loading import load

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from difflib import SequenceMatcher
 import math
 import reprlib
 from typing import Any
@@ -13,6 +14,7 @@ from ..errors import ModelError, ScrewKinematicsError
 
 MAX_TEXT = 200  # characters of a name, so that messages stay readable
 _SHOWN = 12     # names listed in a message before it says how many more there are
+_ALIKE = 0.6    # of SequenceMatcher's ratio: as in difflib
 _short = reprlib.Repr()
 _short.maxstring = _short.maxother = 80
 
@@ -30,19 +32,59 @@ def shown(value: Any) -> str:
     return _short.repr(value)
 
 
-def listed(names: Iterable[str]) -> str:
+def listed(names: Iterable[str], near: str = '') -> str:
     """
     Return names for a message, quoted, at most a dozen of them.
+
+    Parameters
+    ----------
+    names : iterable of str
+        In the order they are known.
+    near : str
+        What was given in their place: those that look like it come first.
 
     Examples
     --------
     >>> listed(['base', 'tool'])
     "'base', 'tool'"
+    >>> listed(['base', 'tool'], near='Tol')
+    "'tool', 'base'"
 
     """
     names = list(names)
+    if near:
+        names = list(dict.fromkeys([*nearest(near, names), *names]))
     text = ', '.join(shown(name) for name in names[:_SHOWN]) or 'none'
     return text if len(names) <= _SHOWN else f'{text} and {len(names) - _SHOWN} more'
+
+
+def nearest(given: str, names: Iterable[str]) -> list[str]:
+    """
+    Return the names that look like one that was given, the most alike first.
+
+    Case does not count, and a name with a prefix or suffix is near the name itself.
+
+    Examples
+    --------
+    >>> nearest('flang', ['link_01', 'flange', 'left_flange'])
+    ['flange', 'left_flange']
+
+    """
+    given = given.lower()[:MAX_TEXT]
+    matcher = SequenceMatcher(b=given)
+    found = []
+    for name in names:
+        lower = name.lower()
+        matcher.set_seq1(lower)
+        if matcher.real_quick_ratio() < _ALIKE and given not in lower:
+            continue
+        alike = matcher.quick_ratio()
+        alike = matcher.ratio() if alike >= _ALIKE else 0.0
+        if given and (given in lower or lower in given):
+            alike = max(alike, _ALIKE)
+        if alike >= _ALIKE:
+            found.append((-alike, name))
+    return [name for _, name in sorted(found)]
 
 
 def number(value: Any) -> float | None:

@@ -1,84 +1,156 @@
 # Copyright screw_kinematics contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-Guarded reading of robot XML: the links and joints of a document and nothing else.
+Guarded reading of robot XML: the links and joints of a document and little else.
 
 A robot description may come from anybody on the network. So a document type, and with it
 every entity, is refused; nothing outside the text is fetched; size and nesting are
-bounded. What is not a link or a joint (geometry, transmissions, simulator tags) is
-passed over and not kept.
+bounded. What is no link or joint is passed over: in silence where it is known to have no
+part in the kinematics (geometry, transmissions, simulators' tags), else it is noted with its
+line, so that whoever builds a chain can say what is not in it.
 """
 from __future__ import annotations
 
+import codecs
+from collections.abc import Callable
 from dataclasses import dataclass, field
+import re
 from xml.parsers import expat
 
-from .fields import MAX_TEXT
+from .fields import MAX_TEXT, shown
 from ..errors import ModelError
 
 # Far beyond any robot, and so little that what is refused is refused within a second.
 MAX_BYTES = 4_000_000
 MAX_ELEMENTS = 100_000
 MAX_DEPTH = 50
+_NOTED = 10     # kinds of foreign elements that are kept
 
 _KINEMATIC = ('parent', 'child', 'origin', 'axis', 'mimic', 'limit')
+_WITHOUT_KINEMATICS = frozenset(('material', 'transmission', 'gazebo', 'ros2_control', 'sensor',
+                                 'mujoco'))
+# Of xacro before it had a prefix; in a joint each of them may stand for anything.
+_OLD_MACROS = frozenset(('include', 'insert_block', 'if', 'unless', 'macro', 'property', 'call'))
+_NO_TEXT = frozenset(('idna', 'punycode', 'unicode-escape', 'unicode_escape',
+                      'raw-unicode-escape', 'raw_unicode_escape', 'undefined'))
+# Longest first: the mark of UTF-16 begins that of UTF-32.
+_MARKS = ((codecs.BOM_UTF32_LE, 'utf-32'), (codecs.BOM_UTF32_BE, 'utf-32'),
+          (codecs.BOM_UTF16_LE, 'utf-16'), (codecs.BOM_UTF16_BE, 'utf-16'),
+          (codecs.BOM_UTF8, 'utf-8-sig'), (b'<\0', 'utf-16-le'), (b'\0<', 'utf-16-be'))
+_DECLARATION = re.compile(rb'\s*<\?xml[^>]*?\sencoding\s*=\s*["\']([^"\'>]*)["\']')
 
 
-@dataclass
+@dataclass(slots=True)
 class JointElement:
-    """A joint as written: its attributes, and those of its parts by tag (first of each)."""
+    """
+    A joint as written: its attributes, and those of its parts by tag (first of each).
+
+    ``stranger`` is a part of unknown meaning that may change the joint, and its line.
+    """
 
     attributes: dict[str, str]
+    line: int
     parts: dict[str, dict[str, str]] = field(default_factory=dict)
+    stranger: tuple[str, int] | None = None
 
 
-@dataclass
+@dataclass(slots=True)
+class ForeignElement:
+    """An element that was passed over: its tag, its first line, and what it may stand for."""
+
+    tag: str
+    line: int
+    macro: bool
+    holds_joints: bool = False
+
+
+@dataclass(slots=True)
 class RobotDocument:
     """The name, the links' names and the joints of a robot, in the document's order."""
 
     name: str = ''
+    version: str = '1.0'
     links: list[str | None] = field(default_factory=list)
     joints: list[JointElement] = field(default_factory=list)
+    foreign: dict[str, ForeignElement] = field(default_factory=dict)
 
 
 class _Reader:
     """Handlers of the parser's events; ``depth`` counts the open elements."""
 
-    def __init__(self, document: RobotDocument) -> None:
-        self.document = document
-        self.depth = 0
-        self.elements = 0
-        self.joint: JointElement | None = None
+    def __init__(self, line: Callable[[], int]) -> None:
+        self.document = RobotDocument()
+        self._line = line
+        self._depth = 0
+        self._elements = 0
+        self._macros = {'xacro'}    # prefixes
+        self._joint: JointElement | None = None
+        self._foreign: ForeignElement | None = None
 
     def start(self, tag: str, attributes: dict[str, str]) -> None:
-        self.depth += 1
-        self.elements += 1
-        if self.elements > MAX_ELEMENTS:
+        self._depth += 1
+        self._elements += 1
+        if self._elements > MAX_ELEMENTS:
             raise ValueError(f'more than {MAX_ELEMENTS} elements; allowed: at most that')
-        if self.depth == 1:
-            if tag != 'robot':
-                raise ValueError(f"root element: got {tag[:80]!r}; allowed: 'robot'")
-            self.document.name = attributes.get('name', '')[:MAX_TEXT]
-        elif self.depth == 2:
-            if tag.startswith('xacro:'):
-                raise ValueError(f'got the macro element {tag[:80]!r}; allowed: URDF '
-                                 'expanded by xacro, or a file with the ending .xacro')
-            self.joint = None
-            if tag == 'link':
-                self.document.links.append(attributes.get('name'))
-            elif tag == 'joint':
-                self.joint = JointElement(attributes)
-                self.document.joints.append(self.joint)
-        elif self.depth == 3 and self.joint is not None and tag in _KINEMATIC:
-            self.joint.parts.setdefault(tag, attributes)
-        elif self.depth > MAX_DEPTH:
+        if self._depth > MAX_DEPTH:
             raise ValueError(f'elements nested deeper than {MAX_DEPTH}')
+        if self._depth == 1:
+            self._root(tag, attributes)
+        elif self._depth == 2:
+            self._child_of_robot(tag, attributes)
+        elif self._joint is not None:
+            self._part_of_joint(self._joint, tag, attributes)
+        elif self._foreign is not None:
+            self._foreign.holds_joints |= tag in ('link', 'joint') or tag == 'child'
+        elif self._is_macro(tag):
+            self._note(tag)
 
     def end(self, _tag: str) -> None:
-        self.depth -= 1
+        self._depth -= 1
 
     def doctype(self, name: str, *_: object) -> None:
         raise ValueError(f'document type {name[:80]!r}; allowed: none (entities are refused)')
+
+    def _root(self, tag: str, attributes: dict[str, str]) -> None:
+        if tag != 'robot':
+            raise ValueError(f"root element: got {tag[:80]!r}; allowed: 'robot'")
+        self.document.name = attributes.get('name', '')[:MAX_TEXT]
+        self.document.version = attributes.get('version', '1.0')[:MAX_TEXT]
+        self._macros |= {key[len('xmlns:'):] for key, value in attributes.items()
+                         if key.startswith('xmlns:') and 'xacro' in value}
+
+    def _child_of_robot(self, tag: str, attributes: dict[str, str]) -> None:
+        self._joint = self._foreign = None
+        if tag == 'link':
+            self.document.links.append(attributes.get('name'))
+        elif tag == 'joint':
+            self._joint = JointElement(attributes, self._line())
+            self.document.joints.append(self._joint)
+        elif tag not in _WITHOUT_KINEMATICS:
+            self._foreign = self._note(tag)
+
+    def _part_of_joint(self, joint: JointElement, tag: str, attributes: dict[str, str]) -> None:
+        if self._depth == 3 and tag in _KINEMATIC:
+            joint.parts.setdefault(tag, attributes)
+            return
+        local = tag.rpartition(':')[2]
+        changes = self._is_macro(tag) or self._depth == 3 and (
+            local in _OLD_MACROS or local in _KINEMATIC[:-1])
+        if changes and joint.stranger is None:
+            joint.stranger = tag, self._line()
+
+    def _is_macro(self, tag: str) -> bool:
+        return tag.partition(':')[0] in self._macros and ':' in tag
+
+    def _note(self, tag: str) -> ForeignElement:
+        """Return the note of a tag, kept if there are not too many."""
+        foreign = self.document.foreign
+        if tag in foreign:
+            return foreign[tag]
+        note = ForeignElement(tag, self._line(), self._is_macro(tag))
+        if len(foreign) < _NOTED:
+            foreign[tag] = note
+        return note
 
 
 def read_document(source: str, text: str | bytes) -> RobotDocument:
@@ -95,8 +167,8 @@ def read_document(source: str, text: str | bytes) -> RobotDocument:
     Raises
     ------
     ModelError
-        Not well-formed, no robot, too large, too deeply nested, with a document type or
-        with macros; the message names the line.
+        Not well-formed, no robot, too large, too deeply nested, or with a document type;
+        the message names the line.
 
     Examples
     --------
@@ -106,17 +178,47 @@ def read_document(source: str, text: str | bytes) -> RobotDocument:
     """
     if len(text) > MAX_BYTES:
         raise ModelError(source, f'more than {MAX_BYTES} bytes; allowed: at most that')
-    document = RobotDocument()
-    reader = _Reader(document)
+    text = _decoded(source, text) if isinstance(text, bytes) else text
+    # A declaration must come first in XML; other readers of URDF allow blanks before it.
+    document = text.lstrip('\ufeff \t\r\n')
+    skipped = text[:len(text) - len(document)].count('\n')
     parser = expat.ParserCreate()
+    reader = _Reader(lambda: parser.CurrentLineNumber + skipped)
     parser.StartElementHandler = reader.start
     parser.EndElementHandler = reader.end
     parser.StartDoctypeDeclHandler = reader.doctype
     try:
-        # A declaration must come first in XML; other readers of URDF allow blanks before it.
-        parser.Parse(text.lstrip(), True)
+        parser.Parse(document, True)
     except expat.ExpatError as error:
-        raise ModelError(source, f'not well-formed XML: {error}') from None
+        raise ModelError(source, f'not well-formed XML: {expat.ErrorString(error.code)}: line '
+                         f'{error.lineno + skipped}, column {error.offset}') from None
     except ValueError as error:     # from the handlers, or text that is not Unicode
-        raise ModelError(source, f'line {parser.CurrentLineNumber}: {error}') from None
-    return document
+        raise ModelError(source,
+                         f'line {parser.CurrentLineNumber + skipped}: {error}') from None
+    return reader.document
+
+
+def _decoded(source: str, data: bytes) -> str:
+    """Return a file's text, in the encoding of its mark or of its declaration."""
+    encoding = next((name for mark, name in _MARKS if data.startswith(mark)), None)
+    if encoding is None:
+        declared = _DECLARATION.match(data)
+        encoding = 'utf-8' if declared is None else _known(source, declared[1].decode('latin-1'))
+        if data.isascii() and b'\0' not in data:
+            encoding = 'ascii'      # whatever it declares
+    try:
+        return data.decode(encoding)
+    except UnicodeError as error:
+        raise ModelError(source, f'not {encoding}: {error}') from None
+
+
+def _known(source: str, name: str) -> str:
+    """Return the encoding of a name, if it is one of text."""
+    try:
+        found = codecs.lookup(name)
+        if found.name not in _NO_TEXT and 'x'.encode(found.name):
+            return found.name
+    except (LookupError, UnicodeError, ValueError):     # unknown, or no encoding of text
+        pass
+    raise ModelError(source, f'encoding: got {shown(name)}; allowed: one of text, such as '
+                     "'utf-8' or 'iso-8859-1'")

@@ -1,18 +1,18 @@
 # Copyright screw_kinematics contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Joints, poses and frame names as all model files write them."""
+"""Joints, poses, units and frame names as all model files write them; who mimics whom."""
 from __future__ import annotations
 
-from dataclasses import replace
-from math import inf
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+import math
 from typing import Any
 
 import numpy as np
 
-from .fields import Fields
-from .following import followed_joint
-from .units import Units
+from .fields import Fields, listed
 from ..chains.joint import Joint, KINDS, Mimic
+from ..errors import ModelError
 from ..screws.rotations import pose, rotation_rpy
 from ..screws.se3 import Array
 
@@ -24,12 +24,55 @@ COMMON = ('name', 'units', 'base_frame', 'tip_frame')
 
 _ROWS = ('row 1', 'row 2', 'row 3', 'row 4')
 _JOINT = ('name', 'kind', 'pitch', 'mimic', 'velocity_limit')
+_MAX_FOLLOWED = 50
+# Quotients, so that 431.8 mm becomes the number nearest to 0.4318.
+_LENGTHS = {'m': (1, 1), 'cm': (1, 100), 'mm': (1, 1000), 'in': (127, 5000)}
+_ANGLES = ('rad', 'deg')
 
 
-def units_of(fields: Fields) -> Units:
-    """Return the units a file declares."""
-    return Units.from_fields(
-        Fields(fields.source, 'units', fields.raw('units', {}), ('length', 'angle')))
+@dataclass(frozen=True)
+class Units:
+    """
+    The length and angle unit of a file.
+
+    Parameters
+    ----------
+    length_unit : {'m', 'cm', 'mm', 'in'}
+    angle_unit : {'rad', 'deg'}
+
+    Examples
+    --------
+    >>> units = Units('mm', 'deg')
+    >>> units.length(431.8), units.angle(180.0)
+    (0.4318, 3.141592653589793)
+
+    """
+
+    length_unit: str = 'm'
+    angle_unit: str = 'rad'
+
+    @classmethod
+    def of(cls, fields: Fields) -> Units:
+        """Return the units that a file declares."""
+        units = Fields(fields.source, 'units', fields.raw('units', {}), ('length', 'angle'))
+        return cls(units.choice('length', _LENGTHS, 'm'), units.choice('angle', _ANGLES, 'rad'))
+
+    def length(self, value: float) -> float:
+        """Return a length in m."""
+        numerator, denominator = _LENGTHS[self.length_unit]
+        return value * numerator / denominator
+
+    def angle(self, value: float) -> float:
+        """Return an angle in rad."""
+        return math.radians(value) if self.angle_unit == 'deg' else value
+
+    def joint(self, kind: str, value: float) -> float:
+        """Return a joint's value in m if it is prismatic, else in rad."""
+        return self.length(value) if kind == 'prismatic' else self.angle(value)
+
+    def pitch(self, value: float) -> float:
+        """Return a pitch, length per angle of the file, in m/rad."""
+        return self.length(value) / self.angle(1.0)
 
 
 def read_frame(fields: Fields, key: str, wanted: str | None, default: str) -> str:
@@ -78,11 +121,11 @@ def read_joint(fields: Fields, units: Units, axis: Any, point: Any) -> Joint:
 def _velocity_limit(fields: Fields, units: Units, kind: str) -> float:
     """Return the largest speed of the joint, infinite where none is given."""
     if 'velocity_limit' not in fields:
-        return inf
+        return math.inf
     limit = fields.number('velocity_limit')
     if not limit > 0:
         raise fields.wrong(limit, 'a positive number', 'velocity_limit')
-    return units.length(limit) if kind == 'prismatic' else units.angle(limit)
+    return units.joint(kind, limit)
 
 
 def _followed(fields: Fields, units: Units, kind: str) -> Mimic | None:
@@ -93,14 +136,7 @@ def _followed(fields: Fields, units: Units, kind: str) -> Mimic | None:
                    ('joint', 'multiplier', 'offset'))
     offset = mimic.number('offset', 0.0)
     return Mimic(mimic.text('joint'), mimic.number('multiplier', 1.0),
-                 units.length(offset) if kind == 'prismatic' else units.angle(offset))
-
-
-def measured_ends(source: str, joints: list[Joint]) -> list[Joint]:
-    """Return the joints, each that follows another now following a measured one."""
-    rules = {joint.name: joint.mimic for joint in joints}
-    return [replace(joint, mimic=followed_joint(source, joint.name, rules.get))
-            for joint in joints]
+                 units.joint(kind, offset))
 
 
 def read_pose(fields: Fields, key: str, units: Units, required: bool = False) -> Array:
@@ -117,3 +153,58 @@ def read_pose(fields: Fields, key: str, units: Units, required: bool = False) ->
         return T
     return pose(rotation_rpy(*(units.angle(x) for x in place.numbers('rpy', 3, (0, 0, 0)))),
                 [units.length(x) for x in place.numbers('xyz', 3, (0, 0, 0))])
+
+
+def resolve_mimic(source: str, name: str, rule: Callable[[str], Mimic | None]
+                  ) -> Mimic | None:
+    """
+    Return how a joint depends on a measured one.
+
+    Parameters
+    ----------
+    source : str
+        File or topic, for messages.
+    name : str
+        The joint.
+    rule : callable
+        Gives for a joint's name what it follows directly, or None if it is measured.
+
+    Returns
+    -------
+    Mimic or None
+        None if the joint itself is measured.
+
+    Raises
+    ------
+    ModelError
+        Joints follow each other in a circle, in too long a line, or with a product of
+        multipliers that is not finite.
+
+    Examples
+    --------
+    >>> rules = {'b': Mimic('a', 2.0, 1.0), 'c': Mimic('b', 3.0, 0.5)}
+    >>> found = resolve_mimic('doc', 'c', rules.get)
+    >>> found.joint, found.multiplier, found.offset
+    ('a', 6.0, 3.5)
+
+    """
+    multiplier, offset = 1.0, 0.0
+    line = [name]
+    while (step := rule(line[-1])) is not None:
+        offset += multiplier * step.offset
+        multiplier *= step.multiplier
+        if not math.isfinite(offset) or not math.isfinite(multiplier):
+            raise ModelError(source, f'joint {name!r}: mimic: got multiplier {multiplier}, '
+                             f'offset {offset}; allowed: finite numbers')
+        if step.joint in line or len(line) > _MAX_FOLLOWED:
+            raise ModelError(source, f'joint {name!r}: mimic: got {listed([*line, step.joint])}; '
+                             f'allowed: a line of at most {_MAX_FOLLOWED} joints, no circle')
+        line.append(step.joint)
+    return None if len(line) == 1 else Mimic(line[-1], multiplier, offset)
+
+
+def resolve_mimics(source: str, joints: list[Joint]) -> list[Joint]:
+    """Return the joints, each that follows another now following a measured one."""
+    rules = {joint.name: joint.mimic for joint in joints}
+    return [replace(joint, mimic=resolve_mimic(source, joint.name, rules.get))
+            for joint in joints]

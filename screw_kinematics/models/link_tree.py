@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from .fields import listed
+from .fields import listed, nearest
 from ..errors import ModelError
 
 
@@ -54,15 +54,15 @@ class LinkTree:
                 raise self._error(f'link {link!r} is defined twice')
             self._children[link] = []
         self._above: dict[str, Edge] = {}
-        joints = set()
+        self._children_by_joint: dict[str, str] = {}
         for edge in edges:
-            if edge.joint in joints:
+            if edge.joint in self._children_by_joint:
                 raise self._error(f'joint {edge.joint!r} is defined twice')
-            joints.add(edge.joint)
+            self._children_by_joint[edge.joint] = edge.child
             for role, link in (('parent', edge.parent), ('child', edge.child)):
                 if link not in self._children:
                     raise self._error(f'joint {edge.joint!r}: {role}: got {link!r}; '
-                                      f'allowed: a link ({listed(self._children)})')
+                                      f'allowed: a link ({listed(self._children, near=link)})')
             if edge.child in self._above:
                 raise self._error(
                     f'link {edge.child!r} is the child of two joints, '
@@ -79,9 +79,14 @@ class LinkTree:
 
     def link(self, role: str, name: str) -> str:
         """Return a link's name, after checking that it exists."""
-        if name not in self._children:
-            raise self._error(f'{role}: got {name!r}; allowed: a link ({listed(self._children)})')
-        return name
+        if name in self._children:
+            return name
+        child = self._children_by_joint.get(name)
+        near = nearest(name, self._children)
+        hint = f', a joint; did you mean its child link {child!r}?' if child is not None else (
+            f'; did you mean {near[0]!r}?' if near else ';')
+        raise self._error(f'{role}: got {name!r}{hint} allowed: a link '
+                          f'({listed(self._children, near=child or name)})')
 
     def path(self, base: str, tip: str) -> list[tuple[Edge, bool]]:
         """

@@ -9,10 +9,10 @@ from pathlib import Path
 from .fields import listed
 from .guarded_xml import MAX_BYTES
 from .guarded_yaml import read_yaml
-from .model_file import chain_from_data
-from .parallel_file import manipulator_from_data
+from .model_file import robot_from_data
 from .urdf import load_urdf
 from .uri import local_path
+from .xacro_file import expand, split_arguments
 from ..chains.serial_chain import SerialChain
 from ..errors import MissingExtraError, ModelError
 from ..parallel import ParallelManipulator
@@ -29,7 +29,8 @@ def load(uri: str | os.PathLike[str], base_frame: str | None = None,
     ----------
     uri : str or path
         ``package://<package>/<path>``, ``file:///<path>`` or a path, ending in .yaml or
-        .yml (a model file), .urdf, or .xacro (needs the package xacro).
+        .yml (a model file), .urdf, or .xacro (needs the package xacro). The last may have
+        arguments behind it: ``arm.urdf.xacro name:=ur ur_type:=ur5e``.
     base_frame, tip_frame : str, optional
         Frames the motion is measured between. Default: what a model file says; the root
         link and the only leaf of a URDF.
@@ -53,20 +54,21 @@ def load(uri: str | os.PathLike[str], base_frame: str | None = None,
     ('q1', 'q2', 'q3', 'q4', 'q5', 'q6')
 
     """
-    source = os.fspath(uri)
+    source, arguments = split_arguments(os.fspath(uri))
     path = local_path(source)
     ending = path.suffix.lower()
     if ending not in ENDINGS:
         raise ModelError(source, f'ending: got {ending!r}; allowed: {listed(ENDINGS)}')
     if ending == '.xacro':
-        return load_urdf(_expand_xacro(source, path), base_frame, tip_frame, source)
+        text, warnings = expand(source, path, arguments)
+        return load_urdf(text, base_frame, tip_frame, source, warnings)
+    if arguments:
+        raise ModelError(source, f'arguments: got {listed(arguments)}; allowed: none, since '
+                         'only .xacro files take any')
     content = _content(source, path)
     if ending == '.urdf':
         return load_urdf(content, base_frame, tip_frame, source)
-    data = read_yaml(source, content)
-    read = manipulator_from_data if isinstance(data, dict) and 'limbs' in data \
-        else chain_from_data
-    return read(data, source, path.stem, base_frame, tip_frame)
+    return robot_from_data(read_yaml(source, content), source, path.stem, base_frame, tip_frame)
 
 
 def _content(source: str, path: Path) -> bytes:
@@ -75,15 +77,3 @@ def _content(source: str, path: Path) -> bytes:
             return file.read(MAX_BYTES + 1)     # one more, for the reader to refuse
     except OSError as error:
         raise ModelError(source, f'cannot be read: {error.strerror or error}') from error
-
-
-def _expand_xacro(source: str, path: Path) -> str:
-    try:
-        import xacro
-    except ImportError:
-        raise MissingExtraError('xacro', 'xacro', f'reading {source}') from None
-    try:
-        text: str = xacro.process_file(str(path)).toxml()
-    except Exception as error:      # xacro raises whatever the file's expressions raise
-        raise ModelError(source, f'xacro: {error}') from error
-    return text

@@ -160,13 +160,13 @@ def rotation_from_quaternion(quaternion: Array) -> Array:
     """
     quaternion = np.asarray(quaternion, dtype=float)
     x, y, z, w = np.moveaxis(quaternion, -1, 0)
-    # Twice over the squared length, so that (0, 0, 1, 1) needs no root of 1/2.
-    s = 2 / (quaternion * quaternion).sum(axis=-1)
-    return np.stack([
-        np.stack([1 - s * (y * y + z * z), s * (x * y - z * w), s * (x * z + y * w)], -1),
-        np.stack([s * (x * y + z * w), 1 - s * (x * x + z * z), s * (y * z - x * w)], -1),
-        np.stack([s * (x * z - y * w), s * (y * z + x * w), 1 - s * (x * x + y * y)], -1),
-    ], axis=-2)
+    # Homogeneous in the quaternion, so that quarter turns need no root of 1/2 and come out exact.
+    xx, yy, zz, ww = x * x, y * y, z * z, w * w
+    rows = [[ww + xx - yy - zz, 2 * (x * y - z * w), 2 * (x * z + y * w)],
+            [2 * (x * y + z * w), ww + yy - xx - zz, 2 * (y * z - x * w)],
+            [2 * (x * z - y * w), 2 * (y * z + x * w), ww + zz - xx - yy]]
+    squared = np.asarray(xx + yy + zz + ww)[..., None, None]
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2) / squared
 
 
 def quaternion_from_rotation(rotation: Array) -> Array:

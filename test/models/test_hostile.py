@@ -12,7 +12,7 @@ import pytest
 from screw_kinematics import models
 from screw_kinematics.errors import ScrewKinematicsError
 from screw_kinematics.models.guarded_yaml import read_yaml
-from screw_kinematics.models.model_file import chain_from_data
+from screw_kinematics.models.model_file import robot_from_data
 import yaml
 
 MOST_BYTES = 64e6
@@ -34,7 +34,8 @@ def check(load):
     except ScrewKinematicsError as error:
         assert len(str(error)) < 5000
         return
-    assert np.all(np.isfinite(chain.pose(np.zeros(chain.dof)))) or any(
+    pose = chain.home.pose if hasattr(chain, 'home') else chain.pose(np.zeros(chain.dof))
+    assert np.all(np.isfinite(pose)) or any(
         joint.mimic is not None for joint in chain.joints)
     assert chain.dof >= 1
 
@@ -137,18 +138,27 @@ def model_data(draw):
 @given(model_data())
 def test_model_files(data):
     text = yaml.safe_dump(data, allow_unicode=True)
-    check(lambda: chain_from_data(read_yaml('arm.yaml', text), 'arm.yaml', 'arm'))
+    check(lambda: robot_from_data(read_yaml('arm.yaml', text), 'arm.yaml', 'arm'))
+
+
+FILES = [path.read_bytes() for path in sorted(ROBOTS.glob('*.yaml'))]
 
 
 @fuzz
-@given(damaged([path.read_bytes() for path in sorted(ROBOTS.glob('*.yaml'))])
+@given(damaged([file for file in FILES if b'limbs:' not in file])
        | st.binary(max_size=50) | st.text(max_size=50))
 @example(b'!!timestamp x')
 @example(b'? [a]\n: 1')
 @example(b'a: 1:1:1:1')
 @example('\udcff')
 def test_model_bytes(data):
-    check(lambda: chain_from_data(read_yaml('arm.yaml', data), 'arm.yaml', 'arm'))
+    check(lambda: robot_from_data(read_yaml('arm.yaml', data), 'arm.yaml', 'arm'))
+
+
+@settings(fuzz, max_examples=30)
+@given(damaged([file for file in FILES if b'limbs:' in file]))
+def test_bytes_of_parallel_robots(data):
+    check(lambda: robot_from_data(read_yaml('arm.yaml', data), 'arm.yaml', 'arm'))
 
 
 @pytest.mark.parametrize('body', [

@@ -3,10 +3,12 @@
 """Where descriptions are found, by path, file URI, package URI, and through xacro."""
 import sys
 
+from hypothesis import given, strategies as st
 import pytest
 
 from screw_kinematics import models
 from screw_kinematics.errors import MissingExtraError, ModelError
+from screw_kinematics.models.xacro_file import joined_arguments, split_arguments
 
 ARM = 'joints: [{name: q, axis: [0, 0, 1]}]\nhome: {}\n'
 URDF = """<robot name="r" xmlns:xacro="http://wiki.ros.org/xacro">
@@ -114,6 +116,36 @@ def test_xacro_is_expanded(tmp_path):
     path.write_text(URDF.replace('length}', 'width}'))
     with pytest.raises(ModelError, match='arm.urdf.xacro: xacro: .*width'):
         models.load(path)
+
+
+def test_xacro_files_take_arguments(tmp_path):
+    pytest.importorskip('xacro')
+    path = tmp_path / 'my arm.urdf.xacro'
+    path.write_text(URDF.replace('name="r"', 'name="$(arg name)"').replace(
+        '<xacro:property name="length" value="0.5"/>',
+        '<xacro:arg name="name" default="arm"/><xacro:arg name="length" default="0.5"/>'
+        '<xacro:property name="length" value="$(arg length)"/>'))
+    chain = models.load(f'{path} name:="two words" length:=2.5')
+    assert chain.name == 'two words' and chain.joints[0].point.tolist() == [5, 0, 0]
+    assert models.load(path.as_uri() + ' name:=r').joints[0].point.tolist() == [1, 0, 0]
+    # The name is asked for before the file declares its default.
+    with pytest.raises(ModelError, match="argument 'name' has no value; give one as "
+                       "'my arm.urdf.xacro name:=VALUE'; the file declares: 'name', 'length'"):
+        models.load(path)
+    chain = models.load(f'{path} name:=r lenght:=1')
+    assert chain.warnings == ("argument 'lenght' is not declared by the file; it declares: "
+                              "'length', 'name'",)
+
+
+def test_arguments_are_for_xacro_alone(arm):
+    with pytest.raises(ModelError, match="arguments: got 'a'; allowed: none, since only .xacro"):
+        models.load(f'{arm} a:=1')
+
+
+@given(st.dictionaries(st.from_regex(r'[A-Za-z_][A-Za-z0-9_]*', fullmatch=True), st.text()))
+def test_arguments_there_and_back(arguments):
+    file = 'a file/of blanks.xacro'
+    assert split_arguments(joined_arguments(file, arguments)) == (file, arguments)
 
 
 def test_xacro_is_an_extra(tmp_path, monkeypatch):

@@ -98,16 +98,180 @@ def test_velocity_limits_are_known_where_stated(limit, expected):
     assert models.load_urdf(text).velocity_limits.tolist() == [expected]
 
 
-def test_foreign_tags_are_passed_over():
+def test_known_tags_are_passed_over_in_silence():
     text = robot('a b', joint('j', 'a', 'b'), '<gazebo><link name="a"/></gazebo>',
                  '<transmission name="t"><joint name="j"/></transmission>',
                  '<ros2_control name="x" type="system"><joint name="j"/></ros2_control>')
     assert models.load_urdf(text).joint_names == ('j',)
+    assert models.load_urdf(text).warnings == ()
+
+
+@pytest.mark.parametrize('element, kind', [
+    ('<xacro:sensor_d435 parent="b"/>', 'macro'), ('<xacro:property name="x" value="1"/>', 'macro'),
+    ('<lidar><child/></lidar>', 'unknown'), ('<x:include file="y"/>', 'macro')])
+def test_what_is_left_beside_sound_joints_is_a_warning_with_its_place(element, kind):
+    text = robot('a b', joint('j', 'a', 'b')).replace(
+        '<link name="a"/>', f'<link name="a"/>\n\n{element}').replace(
+            'name="r"', 'name="r" xmlns:x="http://www.ros.org/wiki/xacro"', 1)
+    warning, = models.load_urdf(text).warnings
+    assert warning.startswith(f'line 3: the {kind} element {element[1:].split()[0][:5]!r}'[:-1])
+
+
+def test_macros_in_links_are_no_matter():
+    text = robot('a b', joint('j', 'a', 'b')).replace(
+        '<link name="b"/>', '<link name="b"><xacro:insert_block name="inertia"/></link>')
+    chain = models.load_urdf(text)
+    assert chain.dof == 1 and 'insert_block' in chain.warnings[0]
+
+
+@pytest.mark.parametrize('parts, named', [
+    ('<xacro:if value="$(arg mirror)"><axis xyz="0 0 -1"/></xacro:if>', "line 2: .*'xacro:if'"),
+    ('<xacro:insert_block name="origin"/><axis xyz="0 0 1"/>', "line 2: .*'xacro:insert_block'"),
+    ('<insert_block name="origin"/><axis xyz="0 0 1"/>', "line 2: .*'insert_block'"),
+    ('<origin xyz="0 0 1"><xacro:x/></origin>', "line 2: .*'xacro:x'"),
+    ('<drake:mimic joint="j"/>', "line 2: got the unknown element 'drake:mimic'"),
+    ('<origin xyz="${l} 0 0"/>', r"xyz: got '\$\{l\} 0 0', which no macro"),
+    ('<parent link="$(arg p)a"/><origin xyz="1 0 0" rpy="0 0 ${pi}"/>', 'rpy: got .*no macro')])
+def test_what_is_left_in_a_joint_of_the_chain_is_refused(parts, named):
+    """Nobody knows what it would do to the geometry; elsewhere it does nothing."""
+    text = robot('a b c', joint('j', 'a', 'b'), '\n', joint('k', 'a', 'c', parts=parts))
+    with pytest.raises(ModelError, match=f"joint 'k': .*{named}.*expanded by xacro"):
+        models.load_urdf(text, tip_frame='c')
+    assert models.load_urdf(text, tip_frame='b').joint_names == ('j',)
+
+
+def test_links_inside_macros_are_missed_where_they_count():
+    """The only leaf may be one no longer; with both frames given the chain is whole."""
+    text = robot('a b', joint('j', 'a', 'b'), '<xacro:unless value="0"><link name="c"/>'
+                 + joint('k', 'b', 'c') + '</xacro:unless>')
+    with pytest.raises(ModelError, match="'xacro:unless' with links or joints in it; allowed"):
+        models.load_urdf(text)
+    assert models.load_urdf(text, 'a', 'b').joint_names == ('j',)
+    with pytest.raises(ModelError, match="tip frame: got 'c'; .*element 'xacro:unless'"):
+        models.load_urdf(text, 'a', 'c')
+
+
+def test_joints_of_other_dialects_are_named_where_they_are_missed():
+    text = robot('a b', '<drake:joint name="j" type="screw"><parent link="a"/><child link="b"/>'
+                 '<axis xyz="0 0 1"/></drake:joint>')
+    with pytest.raises(ModelError, match="several root links.*unknown element 'drake:joint'"):
+        models.load_urdf(text)
+
+
+HALF = 0.7071067811865476
+
+
+@pytest.mark.parametrize('quaternion, axis', [
+    ('0 0 0.70710678 0.70710678', [0, 1, 0]), ('0 0 0 1', [1, 0, 0]), ('0 0 1 0', [-1, 0, 0]),
+    ('0 -0.7071 0 0.7071', [0, 0, 1]), (f'0 0 -{HALF} {HALF}', [0, -1, 0])])
+@pytest.mark.parametrize('version', ['1.1', '1.2', '1.10'])
+def test_quaternions_are_read_from_version_1_1_on(quaternion, axis, version):
+    """The axis x, turned; quarter turns are exact, as those of rpy."""
+    origin = f'<origin xyz="1 2 3" quat_xyzw="{quaternion}"/><axis xyz="1 0 0"/>'
+    text = robot('a b', joint('j', 'a', 'b', parts=origin))
+    found, = models.load_urdf(text.replace('<robot', f'<robot version="{version}"')).joints
+    assert found.axis.tolist() == axis
+    assert found.point.tolist() == [1, 2, 3]
+
+
+@pytest.mark.parametrize('version, origin, message', [
+    ('1.0', 'quat_xyzw="0 0 0 1"', r'quat_xyzw needs <robot version="1.1">, this one has .1\.0'),
+    ('', 'quat_xyzw="0 0 0 1"', 'quat_xyzw needs <robot version="1.1">, this one has'),
+    ('new', 'quat_xyzw="0 0 0 1"', "quat_xyzw needs .*has 'new'"),
+    ('1.1', 'quat_xyzw="0 0 0 1" rpy="0 0 0"', 'rpy or quat_xyzw, not both'),
+    ('1.1', 'quat_xyzw="0 0 0 0"', 'a quaternion of length 1'),
+    ('1.1', 'quat_xyzw="0 0 1 1"', 'a quaternion of length 1'),
+    ('1.1', 'quat_xyzw="0 0 1"', '4 finite numbers'),
+    ('1.1', 'quat="0 0 0 1"', "unknown key 'quat'; allowed: 'xyz', 'rpy', 'quat_xyzw'"),
+    ('1.0', 'ryp="0 0 1"', "unknown key 'ryp'"), ('1.0', 'rpy="90" degrees="1"', 'unknown key')])
+def test_no_attribute_of_an_origin_is_passed_over(version, origin, message):
+    text = robot('a b', joint('j', 'a', 'b', parts=f'<origin {origin}/>')).replace(
+        '<robot', f'<robot version="{version}"' if version else '<robot')
+    with pytest.raises(ModelError, match=f"joint 'j': origin: .*{message}"):
+        models.load_urdf(text)
+
+
+def test_no_attribute_of_an_axis_is_passed_over():
+    """But for the zeros that some exporters write."""
+    text = robot('a b', joint('j', 'a', 'b', parts='<axis xyz="0 0 1" rpy="0 0 0"/>'))
+    assert models.load_urdf(text).joints[0].axis.tolist() == [0, 0, 1]
+    with pytest.raises(ModelError, match="joint 'j': axis: rpy: got '0 1 0'; allowed: xyz only"):
+        models.load_urdf(text.replace('0 0 0', '0 1 0'))
+
+
+@pytest.mark.parametrize('leaves, tip', [
+    ('base tool0 ft_frame', 'tool0'), ('left_tool0 camera', 'left_tool0'),
+    ('left_tool0 right_tool0', None), ('panda_hand_tcp left_finger', None)])
+def test_of_several_leaves_only_one_tool0_is_taken(leaves, tip):
+    text = robot(f'a b {leaves}', joint('j', 'a', 'b'), *(
+        joint(f'to_{leaf}', 'b', leaf, 'fixed') for leaf in leaves.split()))
+    if tip is None:
+        with pytest.raises(ModelError, match=f"several leaf links.*; likely '{leaves.split()[0]}'"):
+            models.load_urdf(text)
+    else:
+        chain = models.load_urdf(text)
+        assert chain.tip_frame == tip
+        assert chain.warnings[0].startswith(f"tip frame: '{tip}' is taken, of the leaf links")
+
+
+LONG = robot('base ' + ' '.join(f'link_{i:02d}' for i in range(40)) + ' flange',
+             *(joint(f'joint_{i:02d}', 'base' if i == 0 else f'link_{i - 1:02d}',
+                     'flange' if i == 40 else f'link_{i:02d}') for i in range(41)))
+
+
+@pytest.mark.parametrize('given, message', [
+    ('flang', r"got 'flang'; did you mean 'flange'\? allowed: a link \('flange', 'base'"),
+    ('Flange', r"did you mean 'flange'\? allowed: a link \('flange'"),
+    ('left_flange', r"did you mean 'flange'\?"), ('link_7', r"allowed: a link \('link_07', "),
+    ('joint_40', r"'joint_40', a joint; did you mean its child link 'flange'\? .*\('flange', "),
+    ('?', r"got '\?'; allowed: a link \('base', .* and 30 more")])
+def test_the_nearest_names_come_first(given, message):
+    with pytest.raises(ModelError, match='tip frame: .*' + message):
+        models.load_urdf(LONG, tip_frame=given)
+
+
+@pytest.mark.parametrize('kind', ['floating', 'planar'])
+def test_a_free_joint_above_an_arm_says_which_base_does_without_it(kind):
+    text = robot('world base tip', joint('free', 'world', 'base', kind), joint('j', 'base', 'tip'))
+    with pytest.raises(ModelError, match=f"'free': type: got '{kind}'.*child link 'base'"):
+        models.load_urdf(text)
+    assert models.load_urdf(text, 'base').joint_names == ('j',)
 
 
 def test_declared_encodings_are_heeded():
-    text = '<?xml version="1.0" encoding="ISO-8859-1"?>' + robot('a b', joint('Öl', 'a', 'b'))
-    assert models.load_urdf(text.encode('latin-1')).joint_names == ('Öl',)
+    for name, codec in (('ISO-8859-1', 'latin-1'), ('cp1252', 'cp1252'), ('utf8', 'utf-8')):
+        text = f'<?xml version="1.0" encoding="{name}"?>' + robot('a b', joint('Öl', 'a', 'b'))
+        assert models.load_urdf(text.encode(codec)).joint_names == ('Öl',)
+
+
+@pytest.mark.parametrize('codec', ['utf-8-sig', 'utf-16', 'utf-32', 'utf-16-le', 'utf-16-be'])
+def test_byte_order_marks_are_heeded(codec):
+    text = '<?xml version="1.0"?>' + robot('a b', joint('Öl', 'a', 'b'))
+    assert models.load_urdf(text.encode(codec)).joint_names == ('Öl',)
+
+
+@pytest.mark.parametrize('encoding', ['gbk', 'shift_jis', 'UTF-16', 'utf-32', 'euc_kr', 'cp037'])
+def test_plain_ascii_is_read_whatever_encoding_it_declares(encoding):
+    text = f'<?xml version="1.0" encoding="{encoding}"?>' + TWO
+    assert models.load_urdf(text.encode()).dof == 2
+
+
+@pytest.mark.parametrize('encoding', [
+    'foo', 'hex', 'rot13', 'base64', 'zlib', 'bz2', 'uu', 'quopri', 'idna', 'punycode',
+    'undefined', 'unicode_escape', 'utf-8\0x', 'x' * 300])
+def test_encodings_that_are_none_of_text_are_refused(encoding):
+    text = f'<?xml version="1.0" encoding="{encoding}"?>' + TWO
+    with pytest.raises(ModelError, match='arm.urdf: encoding: got .*; allowed: one of text') as e:
+        models.load_urdf(text.encode(), source='arm.urdf')
+    assert len(str(e.value)) < 300
+    if '\0' not in encoding:
+        assert models.load_urdf(text).dof == 2      # text from a topic is decoded already
+
+
+def test_bytes_that_do_not_follow_their_encoding_are_refused():
+    text = '<?xml version="1.0" encoding="utf-8"?>' + robot('a b', joint('Öl', 'a', 'b'))
+    with pytest.raises(ModelError, match="robot_description: not utf-8: .*invalid"):
+        models.load_urdf(text.encode('latin-1'))
 
 
 def test_the_first_of_repeated_parts_holds():
@@ -126,10 +290,12 @@ def test_lines_of_followers_are_bounded():
         models.load_urdf(line(51), tip_frame='l1')
 
 
-@pytest.mark.parametrize('before', ['', '\n  ', '\ufeff'])
+@pytest.mark.parametrize('before', ['', '\n  ', '\ufeff', '\ufeff\n', '\n\ufeff\r\n '])
 def test_declarations_may_come_after_blanks(before):
     text = before + '<?xml version="1.0"?>' + TWO
     assert models.load_urdf(text).dof == models.load_urdf(text.encode()).dof == 2
+    with pytest.raises(ModelError, match=f'line {1 + before.count(chr(10))}'):
+        models.load_urdf(text + '<')
 
 
 def test_a_defect_elsewhere_does_not_stop_an_arm():

@@ -9,7 +9,7 @@ import pytest
 from screw_kinematics import Joint, Mimic, SerialChain
 from screw_kinematics.errors import ClosureError
 from screw_kinematics.models.guarded_yaml import read_yaml
-from screw_kinematics.models.parallel_file import manipulator_from_data
+from screw_kinematics.models.model_file import robot_from_data
 from screw_kinematics.parallel import ParallelManipulator
 from support.parallel_geometry import moment
 from support.robots import robot, ROBOTS as FILES
@@ -26,7 +26,7 @@ def planar(degrees):
         limbs.append({'name': f'limb_{k}', 'joints': [
             {'name': f'{name}_{k}', 'axis': [0, 0, 1], 'point': [at.real, at.imag, 0]}
             for name, at in (('motor', base), ('elbow', elbow), ('wrist', tip))]})
-    return manipulator_from_data(
+    return robot_from_data(
         {'platform': {'xyz': [0, 0, 0]}, 'limbs': limbs,
          'actuated': [f'motor_{k}' for k in range(1, len(limbs) + 1)]}, 'test', 'planar')
 
@@ -119,7 +119,7 @@ def test_legs_that_may_spin(seed):
         foot = limb['joints'][0]
         foot['kind'] = 'spherical'
         del foot['axes']
-    spinning = manipulator_from_data(data, str(file), 'spinning')
+    spinning = robot_from_data(data, str(file), 'spinning')
     assert len(spinning.passive_joint_names) == 36
     exact = moment('stewart_6ups', seed)
     state = spinning.state(*exact.joints)

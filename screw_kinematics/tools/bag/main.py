@@ -18,7 +18,7 @@ from rich.console import Console
 from rich.progress import MofNCompleteColumn, Progress, TimeRemainingColumn
 
 from .smoothing_pool import SmoothingPool
-from .. import console
+from .. import console, robot_options
 from ...errors import ParameterError
 from ...pipeline.outputs import KINDS, RECORDED
 from ...pipeline.parameter_file import read_robots, robot_settings
@@ -48,7 +48,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     what = options.add_mutually_exclusive_group(required=True)
     what.add_argument('--params-file', type=Path, metavar='FILE',
                       help='robots and settings, as the node has them')
-    what.add_argument('--robot', metavar='MODEL', help='one robot: YAML or URDF, path or URI')
+    what.add_argument('--robot', nargs='+', action=robot_options.Model, metavar='MODEL',
+                      help='one robot: YAML, URDF or xacro, path or URI')
     options.add_argument('--base', metavar='FRAME', help='base frame, with --robot')
     options.add_argument('--tip', metavar='FRAME', help='tip frame, with --robot')
     options.add_argument('--name', default='robot', help='of that robot, which its topics begin '

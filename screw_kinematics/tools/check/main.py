@@ -19,6 +19,7 @@ from .findings import Finding, has_problem, print_findings, PROBLEM
 from .model import report_model
 from .samples import report_streams
 from .. import console, robot_options
+from ... import models
 from ...errors import ParameterError, ScrewKinematicsError
 from ...pipeline.parameter_file import read_robots, robot_settings
 from ...pipeline.robot_model import build_model, continuous_joints
@@ -53,7 +54,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         which = with_robots.add_mutually_exclusive_group()
         which.add_argument('--params-file', type=Path, metavar='FILE',
                            help='robots and settings, as the node has them')
-        which.add_argument('--robot', metavar='MODEL',
+        which.add_argument('--robot', nargs='+', action=robot_options.Model, metavar='MODEL',
                            help='one robot (default: the one on robot_description)')
         with_robots.add_argument('--base', metavar='FRAME', help='with --robot')
         with_robots.add_argument('--tip', metavar='FRAME', help='with --robot')
@@ -71,7 +72,7 @@ def _check(arguments: argparse.Namespace) -> int:
 
 def _model(arguments: argparse.Namespace) -> Iterator[Finding]:
     try:
-        robot = robot_options.load(arguments)
+        robot = models.load(arguments.robot, arguments.base, arguments.tip)
     except ScrewKinematicsError as error:
         yield Finding(PROBLEM, str(error))
         return

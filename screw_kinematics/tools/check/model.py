@@ -25,6 +25,8 @@ def report_model(robot: Any) -> Iterator[Finding]:
 
     """
     yield Finding(FACT, f'{robot!r}')
+    for warning in robot.warnings:
+        yield Finding(REMARK, warning)
     listed = ', '.join(f'{name} ({kind})'
                        for name, kind in zip(robot.joint_names, robot.joint_kinds))
     yield Finding(FACT, f'measured joints, which must be published: {listed or "none"}')

@@ -8,7 +8,7 @@ import pytest
 
 from screw_kinematics import models
 from screw_kinematics.errors import ModelError
-from screw_kinematics.models.parallel_file import manipulator_from_data
+from screw_kinematics.models.model_file import robot_from_data
 from screw_kinematics.parallel import ParallelManipulator
 
 LINKAGE = {
@@ -24,7 +24,7 @@ LINKAGE = {
 
 
 def read(data):
-    return manipulator_from_data(data, 'linkage.yaml', 'linkage')
+    return robot_from_data(data, 'linkage.yaml', 'linkage')
 
 
 def changed(path, value):
@@ -78,7 +78,7 @@ def test_units_are_converted():
 
 
 def test_frames_can_be_named_by_who_loads():
-    linkage = manipulator_from_data(LINKAGE, 'linkage.yaml', 'linkage', 'world', 'plate')
+    linkage = robot_from_data(LINKAGE, 'linkage.yaml', 'linkage', 'world', 'plate')
     assert (linkage.base_frame, linkage.tip_frame) == ('world', 'plate')
     assert {(c.base_frame, c.tip_frame) for c in linkage.limbs} == {('world', 'plate')}
 
