@@ -25,11 +25,10 @@ PATIENT, SELDOM = 16, 8
 
 
 class Solved(NamedTuple):
-    """What is known at a sample, flat; the Jacobian only if it was asked for."""
+    """What is known at a sample, flat."""
 
-    pose: Sequence[float]
-    states: Sequence[float]
-    jacobian: Sequence[float]
+    seen: Sequence[float]
+    """Pose, states by order and Jacobian, in a row; the last only if it was asked for."""
     passive: Sequence[float]
     passive_rates: Sequence[float]
 
@@ -57,13 +56,14 @@ class Stream:
                  with_jacobian: bool) -> None:
         self._limbs, self._home, self._closed = limbs, home, closed
         self._order, self._with_jacobian = order, with_jacobian
+        self._n_passive = len(limbs.joint_names) - len(limbs.actuated)
         ranks = home.system.ranks
         joints = np.bincount(limbs.slot_of[0], minlength=len(limbs.chains))
         # Limbs with dependent passive screws (a leg free to spin) are not traced.
         self._nearby = None if np.any(ranks.kept.sum(axis=1) < joints) else NearbySteps(
             limbs, ranks, order, with_jacobian, closed)
         self._found: Found | None = None
-        self._moving = Moving((), (), (), ())
+        self._moving = Moving((), (), ())
         self._refusal: ScrewKinematicsError | None = None
         self.reset()
 
@@ -82,7 +82,8 @@ class Stream:
     @posture.setter
     def posture(self, posture: ClosedPosture) -> None:
         self._posture, self._found = posture, None
-        self._set_moving(posture, (), ())
+        if self._nearby is not None:
+            self._moving = self._nearby.moving(posture)
 
     def advance(self, values: Sequence[float]) -> Solved:
         """
@@ -103,35 +104,27 @@ class Stream:
             found = self._nearby.find(self._moving, values)
             if found is not None:
                 self._found, self._moving, self._failures = found, found.moving, 0
-                return Solved(found.pose, found.states, found.jacobian,
-                              found.moving.joints[len(self._limbs.actuated):],
-                              found.moving.passive_rates if self._order else ())
+                n, carried = self._n_passive, found.moving.carried
+                return Solved(found.seen, carried[:n], carried[n:(1 + self._order) * n])
         motion = np.array(values, dtype=float).reshape(self._order + 1, -1)
         posture = self._search(motion[0])
         states, passive = platform_states(self._limbs, posture, list(motion[1:]))
         rates = [x for values in passive for x in values.tolist()]
         self._posture, self._found = posture, None
-        self._set_moving(posture, motion[1:].ravel().tolist(), rates)
-        pose = posture.pose
-        return Solved(
-            row_of_pose(pose).tolist(),
-            [x for state in states for x in state.tolist()],
-            posture.system.jacobian.ravel().tolist() if self._with_jacobian else (),
-            posture.passive.tolist(), rates)
-
-    def _set_moving(self, posture: ClosedPosture, speeds: Sequence[float],
-                    rates: Sequence[float]) -> None:
         if self._nearby is not None:
-            self._moving = Moving(posture.joints.tolist(), self._nearby.memory(posture),
-                                  speeds, rates)
+            self._moving = self._nearby.moving(posture, motion[1:].ravel().tolist(), rates)
+        seen = [row_of_pose(posture.pose), *states]
+        if self._with_jacobian:
+            seen.append(posture.system.jacobian.ravel())
+        return Solved(np.concatenate(seen).tolist(), posture.passive.tolist(), rates)
 
     def _as_posture(self, found: Found) -> ClosedPosture:
         """Return a posture found nearby, with its screws; the working mode is as before."""
-        joints = np.array(found.moving.joints)
-        _, _, screws = self._limbs.kinematics(found.moving.joints)
-        pose = np.eye(4)
-        pose[:3, 3], pose[:3, :3] = found.pose[:3], np.reshape(found.pose[3:], (3, 3))
         n = len(self._limbs.actuated)
+        joints = np.array([*found.moving.actuated, *found.moving.carried[:self._n_passive]])
+        _, _, screws = self._limbs.kinematics(joints.tolist())
+        pose = np.eye(4)
+        pose[:3, 3], pose[:3, :3] = found.seen[:3], np.reshape(found.seen[3:12], (3, 3))
         return ClosedPosture(
             joints[:n], joints[n:], pose,
             ScrewSystem(screws, self._limbs.length, self._home.system.ranks),

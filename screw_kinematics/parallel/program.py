@@ -166,9 +166,9 @@ class ParallelProgram(Program):
         solved = self._stream.advance(values)
         n = len(self.passive_joint_names)
         self._rates = solved.passive_rates
-        numbers = [*solved.pose, *solved.states, *solved.jacobian]
+        numbers = solved.seen
         if 'passive_position' in self.slices:
-            numbers += solved.passive
+            numbers = [*numbers, *solved.passive]
         if 'passive_velocity' in self.slices:
-            numbers += solved.passive_rates[:n]
+            numbers = [*numbers, *solved.passive_rates[:n]]
         return self._machine.evaluate(numbers)

@@ -5,13 +5,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 import math
+from operator import add, le, mul, sub
 from typing import NamedTuple
 
 from .closed_posture import ClosedPosture
 from .limbs import Limbs
 from .loop_closure import CONVERGED
 from .screw_system import Ranks
-from .traced_step import LARGEST_TURN, trace_step, TracedStep, work_places
+from .traced_step import LARGEST_TURN, trace_first_step, trace_step, work_places
 from ..programs.machine import machine
 
 LONGEST = 0.1
@@ -29,21 +30,21 @@ APART = 0.25
 
 
 class Moving(NamedTuple):
-    """A posture, and how it moves: what the next one is predicted from."""
+    """A posture, and how it moves: what the next one is foreseen from."""
 
-    joints: Sequence[float]
-    memory: Sequence[float]
-    actuated_rates: Sequence[float]     # by order
-    passive_rates: Sequence[float]      # by order
+    actuated: Sequence[float]
+    rates: Sequence[float]
+    """Derivatives of the actuated joints, by order."""
+    carried: Sequence[float]
+    """Passive joints, their derivatives by order (at least the first), and memory."""
 
 
 class Found(NamedTuple):
-    """The next posture, with all that is asked for, flat."""
+    """The next posture."""
 
     moving: Moving
-    pose: Sequence[float]
-    states: Sequence[float]
-    jacobian: Sequence[float]
+    seen: Sequence[float]
+    """Pose, states by order and Jacobian, in a row; the last only if it was asked for."""
     squared_misfit: Sequence[float]
     iterations: int
 
@@ -71,17 +72,28 @@ class NearbySteps:
         rows = ranks.limb_of_row.tolist()
         self._places = tuple(zip(*work_places(limbs, rows)))
         self._dof, self._order = len(limbs.actuated), order
+        self._n_passive = len(limbs.joint_names) - self._dof
+        # The passive joints' speeds of order 0 are their way in the time of one sample.
+        self._still = [0.0] * (max(order, 1) * self._n_passive)
         self._largest_misfit = closed * closed
         self._wraps = [int(k) for k in limbs.wraps.nonzero()[0]]
-        self._scale = limbs.scale[:self._dof].tolist()
-        self._whole = _Runner(trace_step(limbs, rows, order, with_jacobian))
-        # All the rest takes as long as the step, which does not need it.
-        self._first = _Runner(trace_step(limbs, rows))
+        self._longest = (LONGEST / limbs.scale[:self._dof]).tolist()
+        # All but the step takes as long as the step, which does not need it.
+        self._first = machine(trace_first_step(limbs, rows, max(order, 1)))
+        whole = trace_step(limbs, rows, order, with_jacobian)
+        self._whole, at = machine(whole.line), whole.slices
+        self._tests, self._margins, self._misfit = at['tests'], at['margins'], at['misfit']
+        self._seen = slice(at['pose'].start, at['jacobian'].stop)
+        self._passive, self._memory = at['passive'], at['memory']
+        self._carried = slice(at['passive'].start, at['memory'].stop)
 
-    def memory(self, posture: ClosedPosture) -> list[float]:
+    def moving(self, posture: ClosedPosture, rates: Sequence[float] = (),
+               passive_rates: Sequence[float] = ()) -> Moving:
         """Return what the next posture is found with, of one that was found otherwise."""
-        return [*posture.system.rows.ravel().tolist(),
-                *posture.system.work[self._places].tolist()]
+        return Moving(posture.actuated.tolist(), rates, [
+            *posture.passive.tolist(), *(passive_rates or self._still),
+            *posture.system.rows.ravel().tolist(),
+            *posture.system.work[self._places].tolist()])
 
     def find(self, before: Moving, values: Sequence[float]) -> Found | None:
         """
@@ -95,72 +107,54 @@ class NearbySteps:
             Of the actuated joints: positions, velocities, ... up to the order.
 
         """
-        dof = self._dof
-        way = [a - b for a, b in zip(values[:dof], before.joints)]
+        way = [*map(sub, values, before.actuated)]
         for k in self._wraps:
             if abs(way[k]) < 1e9:
                 way[k] -= 2 * math.pi * round(way[k] / (2 * math.pi))
-        if not all(abs(x * scale) <= LONGEST for x, scale in zip(way, self._scale)):
+        if not all(map(le, map(abs, way), self._longest)):
             return None
-        try:
-            return self._iterate(before, way, values[dof:dof * (self._order + 1)])
-        except (ArithmeticError, ValueError):       # far out, or singular
-            return None
-
-    def _iterate(self, before: Moving, way: Sequence[float],
-                 given: Sequence[float]) -> Found | None:
-        actuated = [b + x for b, x in zip(before.joints, way)]
-        passive = _predicted(before, way)
-        last, limit = math.inf, NEAR * NEAR
-        for iteration in range(1, ITERATIONS + 1):
-            run = self._whole if last <= NEARLY * NEARLY else self._first
-            rates = given if run is self._whole else ()
-            out = run.evaluate([*actuated, *passive, *rates, *before.memory])
-            at = run.slices
-            size = out[at['size']][0]
+        actuated, given = [*map(add, before.actuated, way)], values[self._dof:]
+        memory = before.carried[len(before.carried) - self._memory.stop + self._memory.start:]
+        size, *passive = self._first.evaluate(
+            [*actuated, *_duration(before, way), *before.carried])
+        limit = NEAR * NEAR
+        for iteration in range(2, ITERATIONS + 1):
             if not size <= limit:
                 return None
-            passive = [p + x for p, x in zip(passive, out[at['step']])]
-            if size <= CONVERGED * CONVERGED and run is self._whole:
+            limit = max(size / 4, CONVERGED * CONVERGED)
+            if size > NEARLY * NEARLY:
+                size, *passive = self._first.evaluate(
+                    [*actuated, 0.0, 0.0, *passive, *self._still, *memory])
+                continue
+            out = self._whole.evaluate([*actuated, *given, *passive, *memory])
+            size, passive = out[0], out[self._passive]
+            if size <= CONVERGED * CONVERGED:
                 break
-            last, limit = size, max(size / 4, CONVERGED * CONVERGED)
         else:
             return None
-        turn, change, stiffness, limp = out[at['tests']]
+        turn, change, stiffness, limp = out[self._tests]
+        misfit = out[self._misfit]
         if not (turn <= LARGEST_TURN**2 and change * stiffness <= APART and limp <= LIMP
-                and stiffness <= STIFFEST and min(out[at['margins']]) >= 0
-                and max(out[at['misfit']]) <= self._largest_misfit):
+                and stiffness <= STIFFEST and min(out[self._margins]) >= 0
+                and max(misfit) <= self._largest_misfit):
             return None
-        speeds, found = given, list(out[at['rates']])
+        carried: Sequence[float] = out[self._carried]
         if not self._order:     # the way itself, in the time of one sample
-            speeds, found = way, [a - b for a, b in zip(passive, before.joints[len(way):])]
-        return Found(Moving([*actuated, *passive], out[at['memory']], speeds, found),
-                     out[at['pose']], out[at['states']], out[at['jacobian']],
-                     out[at['misfit']], iteration)
+            given = way
+            carried = [*passive, *map(sub, passive, before.carried), *out[self._memory]]
+        return Found(Moving(actuated, given, carried), out[self._seen], misfit, iteration)
 
 
-class _Runner:
-    """A traced step on a machine."""
-
-    def __init__(self, step: TracedStep) -> None:
-        self.evaluate = machine(step.line).evaluate
-        self.slices = step.slices
-
-
-def _predicted(before: Moving, way: Sequence[float]) -> list[float]:
-    """Return the passive joints after the time in which the actuated ones go their way."""
-    dof = len(way)
-    passive, n = before.joints[dof:], len(before.joints) - dof
-    speed, slope = before.actuated_rates[:dof], before.actuated_rates[dof:2 * dof]
-    square = sum(v * v for v in speed)
+def _duration(before: Moving, way: Sequence[float]) -> tuple[float, float]:
+    """Return the time in which the actuated joints go their way, and half its square."""
+    speed, slope = before.rates[:len(way)], before.rates[len(way):2 * len(way)]
+    square = sum(map(mul, speed, speed))
     if not square > 0:
-        return list(passive)
-    time = sum(x * v for x, v in zip(way, speed)) / square
-    rates, late = before.passive_rates, time * time / 2 * sum(
-        a * v for a, v in zip(slope, speed)) / square
+        return 0.0, 0.0
+    time = sum(map(mul, way, speed)) / square
+    late = time * time / 2 * sum(map(mul, slope, speed)) / square
     # At low speed the time is not known well: a correction must be a small one.
     if not slope or abs(late) > abs(time) / 4:
-        return [p + time * v for p, v in zip(passive, rates)]
+        return time, 0.0
     time -= late
-    half = time * time / 2
-    return [p + time * v + half * a for p, v, a in zip(passive, rates, rates[n:])]
+    return time, time * time / 2

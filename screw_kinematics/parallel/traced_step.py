@@ -26,22 +26,21 @@ LARGEST_TURN = 0.05
 
 class TracedStep(NamedTuple):
     """
-    The program, and where its numbers are.
+    The program of :func:`trace_step`, and where its numbers are.
 
-    It reads all joints, the derivatives of the actuated ones by order, and the memory of
-    the last posture.
+    It reads the actuated joints, their derivatives by order, the passive joints, and the memory
+    of the last posture.
 
     Parameters
     ----------
     line : StraightLine
     slices : dict from str to slice
-        Of the outputs: ``step`` of the passive joints; its squared ``size`` with the
-        characteristic length; ``tests``, all squared: angle from limb 1's tip to the
-        platform, change of the wrenches since the last posture, inverse distance to direct
-        singularities, inverse distance of the limbs to theirs; ``margins``, negative for an
-        actuator that may have passed an inverse singularity; squared ``misfit`` of each
-        limb; ``memory``; ``pose``; reduced ``states`` by order; ``rates`` of the passive
-        joints by order; ``jacobian``.
+        Of the outputs: squared ``size`` of the step with the characteristic length; ``tests``,
+        all squared: angle from limb 1's tip to the platform, change of the wrenches since the
+        last posture, inverse distance to direct singularities, inverse distance of the limbs
+        to theirs; ``margins``, negative for an actuator that may have passed an inverse
+        singularity; squared ``misfit`` of each limb; ``pose``; reduced ``states`` by order;
+        ``jacobian``; ``passive`` joints after the step; their ``rates`` by order; ``memory``.
 
     """
 
@@ -73,10 +72,42 @@ def work_places(limbs: Limbs, limb_of_row: Sequence[int]) -> list[tuple[int, int
             for column in limbs.columns[limb] if column < len(limbs.actuated)]
 
 
-def trace_step(limbs: Limbs, limb_of_row: Sequence[int], order: int | None = None,
-               with_jacobian: bool = False) -> TracedStep:
+def trace_first_step(limbs: Limbs, limb_of_row: Sequence[int], orders: int) -> StraightLine:
     """
-    Return the program of a manipulator.
+    Return the program that foresees a posture and makes one step from there.
+
+    Parameters
+    ----------
+    limbs, limb_of_row
+        As in :func:`trace_step`.
+    orders : int
+        Derivatives of the passive joints that are known: at least one.
+
+    Returns
+    -------
+    StraightLine
+        It reads the actuated joints; the time since the last posture and half its square;
+        passive joints, their derivatives by order, and memory of the last posture. It yields
+        the squared size of the step, and the passive joints after it.
+
+    """
+    dof = len(limbs.actuated)
+    n = len(limbs.joint_names) - dof
+    sizes = [dof, 2, n, orders * n, _memory(limbs, limb_of_row)]
+    inputs = Graph().inputs(sum(sizes))
+    actuated, (time, half), passive, rates, memory = np.split(inputs, np.cumsum(sizes)[:-1])
+    passive = passive + time * rates[:n]
+    if orders > 1:
+        passive = passive + half * rates[n:2 * n]
+    system = _System(limbs, limb_of_row, np.concatenate([actuated, passive]), memory)
+    _, step = system.newton_step()
+    return straight_line(len(inputs), [system.size(step), *(passive + step)])
+
+
+def trace_step(limbs: Limbs, limb_of_row: Sequence[int], order: int,
+               with_jacobian: bool) -> TracedStep:
+    """
+    Return the program of a step, and of all that is known after it.
 
     Parameters
     ----------
@@ -84,49 +115,59 @@ def trace_step(limbs: Limbs, limb_of_row: Sequence[int], order: int | None = Non
         All with passive screws that are independent in general posture.
     limb_of_row : sequence of int
         Limb of each wrench.
-    order : int, optional
-        Highest time derivative. Default: nothing but the step and its size.
+    order : int
+        Highest time derivative.
     with_jacobian : bool
         Whether the Jacobian is wanted.
 
     """
-    n, dof, m = len(limbs.joint_names), len(limbs.actuated), len(limb_of_row)
+    dof = len(limbs.actuated)
     places = work_places(limbs, limb_of_row)
-    sizes = [n, (order or 0) * dof, 6 * m, len(places)]
+    sizes = [dof, order * dof, len(limbs.joint_names) - dof, _memory(limbs, limb_of_row)]
     inputs = Graph().inputs(sum(sizes))
-    joints, given, before, work_before = np.split(inputs, np.cumsum(sizes)[:-1])
-    before = before.reshape(m, 6)
-    system = _System(limbs, limb_of_row, joints, before)
-    displacement, step = system.solve_platform([-error for error in system.errors])
+    actuated, given, passive, memory = np.split(inputs, np.cumsum(sizes)[:-1])
+    joints = np.concatenate([actuated, passive])
+    system = _System(limbs, limb_of_row, joints, memory)
+    displacement, step = system.newton_step()
+    work = [system.wrenches[row] @ dict(system.limbs[limb_of_row[row]].actuated)[column]
+            for row, column in places]
+    work_before = memory[memory.size - len(places):]
+    mean = sum(system.errors) / len(system.errors)
+    motion = system.rates(joints, list(given.reshape(order, dof)))
     outputs: dict[str, list[Any]] = {
-        'step': step, 'size': [_square(np.array(step, dtype=object) * limbs.scale[dof:])]}
-    if order is not None:
-        work = [system.wrenches[row] @ dict(system.limbs[limb_of_row[row]].actuated)[column]
-                for row, column in places]
-        mean = sum(system.errors) / len(system.errors)
-        outputs |= {
-            'tests': [_square(displacement[:3]), _square((system.wrenches - before).ravel()),
-                      system.platform.inverse_square(),
-                      sum(limb.passive.inverse_size_square() for limb in system.limbs)],
-            'margins': [sum(then * (now - 0.5 * then) for (_, column), now, then
-                            in zip(places, work, work_before) if column == j)
-                        for j in range(dof)],
-            'misfit': [_square(error - mean) for error in system.errors],
-            'memory': [*system.wrenches.ravel(), *work],
-            'pose': _moved(system.limbs[0].pose, displacement * system.unscale),
-            **system.rates(joints, list(given.reshape(order, dof))),
-            'jacobian': system.jacobian() if with_jacobian else []}
+        'size': [system.size(step)],
+        'tests': [_square(displacement[:3]),
+                  _square((system.wrenches - system.wrenches_before).ravel()),
+                  system.platform.inverse_square(),
+                  sum(limb.passive.inverse_size_square() for limb in system.limbs)],
+        'margins': [sum(then * (now - 0.5 * then) for (_, column), now, then
+                        in zip(places, work, work_before) if column == j)
+                    for j in range(dof)],
+        'misfit': [_square(error - mean) for error in system.errors],
+        'pose': _moved(system.limbs[0].pose, displacement * system.unscale),
+        'states': motion['states'],
+        'jacobian': system.jacobian() if with_jacobian else [],
+        'passive': [*(passive + step)],
+        'rates': motion['rates'],
+        'memory': [*system.wrenches.ravel(), *work]}
     ends = np.cumsum([0, *map(len, outputs.values())]).tolist()
     return TracedStep(straight_line(len(inputs), [x for part in outputs.values() for x in part]),
                       {name: slice(a, b) for name, a, b in zip(outputs, ends, ends[1:])})
+
+
+def _memory(limbs: Limbs, limb_of_row: Sequence[int]) -> int:
+    """Return how many numbers the memory has: wrenches, and the work of actuators on them."""
+    return 6 * len(limb_of_row) + len(work_places(limbs, limb_of_row))
 
 
 class _System:
     """The equations of all limbs at a posture; lengths by the characteristic one."""
 
     def __init__(self, limbs: Limbs, limb_of_row: Sequence[int], joints: Array,
-                 before: Array) -> None:
+                 memory: Array) -> None:
         self._chains, self._dof = limbs.chains, len(limbs.actuated)
+        self._scale = limbs.scale[self._dof:]
+        self.wrenches_before = before = memory[:6 * len(limb_of_row)].reshape(-1, 6)
         self.unscale = np.array([1.0] * 3 + [limbs.length] * 3)
         self.limbs = [_Limb(limbs, k, joints, before[np.equal(limb_of_row, k)], 1 / self.unscale)
                       for k in range(len(limbs.chains))]
@@ -135,6 +176,15 @@ class _System:
         near = self.limbs[0].pose
         self.errors = [np.zeros(6, dtype=object), *(
             _displacement(limb.pose, near) / self.unscale for limb in self.limbs[1:])]
+
+    def newton_step(self) -> tuple[Array, Array]:
+        """Return the platform's displacement from limb 1's tip, scaled, and the passive step."""
+        displacement, step = self.solve_platform([-error for error in self.errors])
+        return displacement, np.array(step, dtype=object)
+
+    def size(self, step: Array) -> Any:
+        """Return the squared size of a step, lengths by the characteristic one."""
+        return _square(step * self._scale)
 
     def solve_platform(self, tips: Sequence[Array]) -> tuple[Array, list[Any]]:
         """Return the platform's state, scaled, and the passive joints' rates."""
