@@ -121,12 +121,13 @@ def executables() -> list[str]:
     """
     scripts = [
         f'kinematic_state_publisher = {package_name}.node.main:main',
-        f'joint_state_source = {package_name}.tools.joint_state_source:main',
+        f'joint_state_source = {package_name}.tools.joint_state_source.main:main',
         f'screw-kinematics = {package_name}.tools.main:main',
     ]
     if {'install', 'develop'} & set(sys.argv):
         tools = [Path(path).parent.name for path in found(f'{package_name}/tools/*/main.py')]
-        scripts += [f'{tool} = {package_name}.tools.{tool}.main:main' for tool in tools]
+        scripts += [f'{tool} = {package_name}.tools.{tool}.main:main' for tool in tools
+                    if tool != 'joint_state_source']
     return scripts
 
 

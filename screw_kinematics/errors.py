@@ -98,8 +98,8 @@ class MissingExtraError(ScrewKinematicsError, ImportError):
         absent = not isinstance(cause, ImportError) or (
             isinstance(cause, ModuleNotFoundError) and cause.name == package)
         problem = 'is not installed' if absent else f'cannot be imported ({cause})'
-        otherwise = (' (Linux on x86_64, Python 3.10 to 3.13), or source the setup file of a ROS 2 '
-                     'installation') if extra == 'ros' else ''
+        otherwise = (' (Linux on x86_64, Python 3.10 to 3.13), or source the setup file of a '
+                     'ROS 2 installation') if extra == 'ros' else ''
         super().__init__(
             f'{purpose} needs the package {package!r}, which {problem}; '
             f"install it with: pip install 'screw_kinematics[{extra}]'{otherwise}")

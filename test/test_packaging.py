@@ -49,7 +49,7 @@ def test_the_changelog_knows_the_version():
 @pytest.mark.parametrize('room', ['errors', 'models', 'motion', 'parallel', 'recordings'])
 def test_rooms_are_reached_from_the_package(room):
     run = subprocess.run(
-        [sys.executable, '-c', f'import screw_kinematics; print(screw_kinematics.{room}.__name__)'],
+        [sys.executable, '-c', f'import screw_kinematics as s; print(s.{room}.__name__)'],
         cwd=ROOT, capture_output=True, text=True)
     assert run.stdout == f'screw_kinematics.{room}\n', run.stderr
     assert room in dir(screw_kinematics)
@@ -58,4 +58,3 @@ def test_rooms_are_reached_from_the_package(room):
 def test_an_unknown_name_is_refused():
     with pytest.raises(AttributeError, match="'screw_kinematics' has no attribute 'modles'"):
         screw_kinematics.modles
-

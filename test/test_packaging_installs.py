@@ -113,9 +113,10 @@ def test_the_wheel_works_where_it_is_installed(wheel, tmp_path):
 
 
 def test_what_an_older_build_left_is_not_installed(checkout, tmp_path):
-    left = [tmp_path / 'screw_kinematics' / name
-            for name in ('gone.py', 'core/gone.cpython-310-x86_64-linux-gnu.so', 'old/__init__.py')]
-    kept = tmp_path / 'screw_kinematics/core/__init__.cpython-310-x86_64-linux-gnu.so'
+    package = tmp_path / 'screw_kinematics'
+    left = [package / 'gone.py', package / 'core/gone.cpython-310-x86_64-linux-gnu.so',
+            package / 'old/__init__.py']
+    kept = package / 'core/__init__.cpython-310-x86_64-linux-gnu.so'
     for path in (*left, kept):
         path.parent.mkdir(parents=True, exist_ok=True)
         path.touch()

@@ -54,7 +54,7 @@ def tool_names() -> list[str]:
 
 def _parser(names: Sequence[str]) -> argparse.ArgumentParser:
     """Return the parser of what comes before the name of a tool."""
-    described = '\n'.join(f'  {name:8} {_purpose(name)}' for name in names)
+    described = '\n'.join(f'  {name:{max(map(len, names))}}  {_purpose(name)}' for name in names)
     title = (__doc__ or '').strip().splitlines()[0]
     options = console.Parser(console.COMMAND, f'{title}\n\ntools:\n{described}', EXAMPLES)
     options.add_argument('tool', choices=names, nargs='?', metavar='TOOL', help='see above')

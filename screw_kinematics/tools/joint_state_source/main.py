@@ -10,12 +10,12 @@ from functools import partial
 import sys
 import time
 
-from . import console, robot_options
-from .listener import check_names
-from .reference_motions import MOTIONS
-from ..errors import MissingExtraError, ParameterError
-from ..node.main import initialise
-from ..node.stop_request import StopRequest
+from .. import console, robot_options
+from ..listener import check_names
+from ..reference_motions import MOTIONS
+from ...errors import MissingExtraError, ParameterError
+from ...node.main import initialise
+from ...node.stop_request import StopRequest
 
 EXAMPLES = """\
   joint_state_source                            the paper's PUMA motion, 100 Hz
