@@ -12,7 +12,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from enum import Enum
-import sys
 
 
 class ScrewKinematicsError(Exception):
@@ -85,24 +84,12 @@ class AssemblyModeError(ScrewKinematicsError, ValueError):
 
 
 class MissingExtraError(ScrewKinematicsError, ImportError):
-    """
-    An optional dependency cannot be imported.
-
-    Raised where an ImportError is handled, it hands on what that said, unless it is just that
-    the package is not there.
-
-    """
+    """An optional dependency is not installed."""
 
     def __init__(self, package: str, extra: str, purpose: str) -> None:
-        cause = sys.exc_info()[1]
-        absent = not isinstance(cause, ImportError) or (
-            isinstance(cause, ModuleNotFoundError) and cause.name == package)
-        problem = 'is not installed' if absent else f'cannot be imported ({cause})'
-        otherwise = (' (Linux on x86_64, Python 3.10 to 3.13), or source the setup file of a '
-                     'ROS 2 installation') if extra == 'ros' else ''
         super().__init__(
-            f'{purpose} needs the package {package!r}, which {problem}; '
-            f"install it with: pip install 'screw_kinematics[{extra}]'{otherwise}")
+            f'{purpose} needs the package {package!r}, which is not installed; '
+            f"install it with: pip install 'screw_kinematics[{extra}]'")
 
 
 class MalformedMessageError(ScrewKinematicsError, ValueError):
@@ -150,6 +137,7 @@ class Reason(str, Enum):
     IMPLAUSIBLE_POSITION = 'implausible_position'
     IMPLAUSIBLE_JUMP = 'implausible_jump'
     NO_NEW_READING = 'no_new_reading'
+    RUN_TOO_SHORT = 'run_too_short'
     # What follows from them.
     NO_SOLUTION = 'no_state_at_this_posture'
     STATE_NOT_FINITE = 'state_not_finite'

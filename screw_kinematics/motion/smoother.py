@@ -56,7 +56,7 @@ class SmoothedMotion:
 
 def smooth(
     stamps: Array, positions: Array, velocities: Array | None = None, *,
-    continuous: Sequence[bool] | None = None, max_gap: float = 0.25,
+    continuous: Sequence[bool] | None = None, max_gap: float = 0.25, max_velocity: float = 20.0,
     progress: Callable[[float], None] | None = None,
 ) -> SmoothedMotion:
     """
@@ -78,6 +78,8 @@ def smooth(
         Joints that wrap at 2 pi.
     max_gap:
         A pause longer than this (s) begins a new run.
+    max_velocity:
+        A joint that seems to move faster (rad/s or m/s) is refused.
     progress:
         Called with the share that is done, 0 to 1.
 
@@ -101,7 +103,8 @@ def smooth(
         velocities = np.asarray(velocities, float)
         if velocities.shape != positions.shape:
             raise ShapeError('velocities', str(positions.shape), velocities.shape)
-    guard = SampleGuard(positions.shape[1], max_gap=max_gap, continuous=continuous)
+    guard = SampleGuard(positions.shape[1], max_gap=max_gap, max_velocity=max_velocity,
+                        continuous=continuous)
     used, times, unwrapped, starts = _admit(guard, stamps, positions)
     bounds = np.append(np.flatnonzero(starts), len(times))
     long_enough = np.repeat(np.diff(bounds) >= 8, np.diff(bounds))

@@ -3,9 +3,10 @@
 """The node's parameter file, read without ROS: the same robots, settings and checks."""
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from difflib import get_close_matches
 from pathlib import Path
+import re
 from typing import Any
 
 import yaml
@@ -13,10 +14,12 @@ import yaml
 from .settings import NODE, NodeSettings, ROBOT, RobotSettings
 from ..errors import ParameterError, ToolError
 
-NODE_NAMES = ('kinematic_state_publisher', '/kinematic_state_publisher', '/**')
+NODE_NAME = 'kinematic_state_publisher'
+PARAMETERS = 'ros__parameters'
 
 
-def read_robots(path: Path, instead: Mapping[str, Any] | None = None) -> list[RobotSettings]:
+def read_robots(path: Path, instead: Mapping[str, Any] | None = None, namespace: str = '',
+                ) -> list[RobotSettings]:
     """
     Return the settings of all robots in a parameter file.
 
@@ -26,6 +29,8 @@ def read_robots(path: Path, instead: Mapping[str, Any] | None = None) -> list[Ro
         YAML as ``--params-file`` takes it.
     instead : mapping of str to value, optional
         Parameters of robots that take precedence.
+    namespace : str
+        Of the node.
 
     Raises
     ------
@@ -36,7 +41,7 @@ def read_robots(path: Path, instead: Mapping[str, Any] | None = None) -> list[Ro
 
     """
     values = {setting.name: setting.default for setting in NODE}
-    given = _parameters(path)
+    given = _parameters(path, '/'.join(['', *filter(None, namespace.split('/')), NODE_NAME]))
     values.update({key: given[key] for key in values if key in given})
     node = NodeSettings.read(values)
     if not node.robots:
@@ -57,22 +62,56 @@ def robot_settings(name: str, values: Mapping[str, Any]) -> RobotSettings:
     return RobotSettings.read(name, {**{s.name: s.default for s in ROBOT}, **values})
 
 
-def _parameters(path: Path) -> dict[str, Any]:
-    """Return the parameters of the node by their full names."""
+def matches(pattern: str, node: str) -> bool:
+    """
+    Return whether parameters under a name in a file are those of a node.
+
+    Parameters
+    ----------
+    pattern : str
+        As ROS has it: ``*`` stands for one part of a name, ``**`` for any number of them.
+    node : str
+        Its full name.
+
+    Examples
+    --------
+    >>> [matches(p, '/cell/arm') for p in ('/cell/arm', 'cell/*', '/**', '/**/arm', 'arm')]
+    [True, True, True, True, False]
+
+    """
+    parts = [part for part in pattern.split('/') if part]
+    expression = ''.join('(/[^/]+)*' if part == '**' else '/[^/]+' if part == '*'
+                         else '/' + re.escape(part) for part in parts)
+    return re.fullmatch(expression, node) is not None
+
+
+def _parameters(path: Path, node: str) -> dict[str, Any]:
+    """Return the parameters of the node by their full names; what is last in the file wins."""
     try:
         content = yaml.safe_load(path.read_text())
     except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
         raise ToolError(f'{path}: {" ".join(str(error).split())}') from None
     flat: dict[str, Any] = {}
-    if isinstance(content, dict):
-        for name in reversed(NODE_NAMES):    # the node's own name wins
-            node = content.get(name)
-            if isinstance(node, dict) and isinstance(node.get('ros__parameters'), dict):
-                flat.update(_flat(node['ros__parameters']))
+    there = list(_nodes(content))
+    for pattern, parameters in there:
+        if matches(pattern, node):
+            flat.update(_flat(parameters))
     if not flat:
-        raise ToolError(f'{path}: no parameters of {NODE_NAMES[0]!r}; allowed: a mapping '
-                        f'{NODE_NAMES[0]}: ros__parameters: ...')
+        seen = ', '.join(pattern for pattern, _ in there)
+        raise ToolError(
+            f'{path}: no parameters of the node {node}; '
+            + (f'there are those of {seen}; is the namespace right?' if there
+               else f'allowed: a mapping {NODE_NAME}: {PARAMETERS}: ...'))
     return flat
+
+
+def _nodes(tree: Any, prefix: str = '') -> Iterator[tuple[str, Mapping[Any, Any]]]:
+    """Yield names of nodes, with wildcards and namespaces, and the parameters below them."""
+    for key, value in tree.items() if isinstance(tree, dict) else ():
+        if key == PARAMETERS and prefix and isinstance(value, dict):
+            yield prefix, value
+        elif isinstance(value, dict):
+            yield from _nodes(value, f'{prefix}/{str(key).strip("/")}')
 
 
 def _flat(tree: Mapping[Any, Any], prefix: str = '') -> dict[str, Any]:

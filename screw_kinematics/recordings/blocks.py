@@ -1,118 +1,181 @@
 # Copyright screw_kinematics contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Smoothing of one block of recorded samples, in whatever process."""
+"""
+Recorded joint samples cut into blocks, each of which is smoothed by itself.
+
+A block holds some thousand samples of its own and, on both sides, the context that smoothing
+them needs. Where blocks are cut depends on the samples alone, so the results are the same to
+the bit whoever smooths which of them.
+"""
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Callable
-import time
-from typing import NamedTuple, Protocol
+from bisect import bisect_left
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
-from ..motion.smoother import smooth
+from .recording import Sample
+from ..errors import MalformedMessageError, Reason
+from ..messages.joint_state import JointSample
+from ..pipeline.account import Account
+from ..pipeline.group_motion import LARGEST
+from ..pipeline.joint_groups import JointGroup, JointGroups
 from ..screws.se3 import Array
 
-LEAST = 8
-"""Samples that a run must have."""
+BLOCK = 6_400
+"""Samples of its own that a block has, of the joints that come most often."""
+
+CONTEXT = 0.5
+"""How far a block reaches into its neighbours [s]; smoothed values depend on less."""
+
+LEAST_CONTEXT = 32
+"""How far at least [samples], for joints that come seldom."""
+
+_JUMP_BACK = 500_000_000    # as the node's estimators: further back is a new beginning [ns]
 
 
-class RawBlock(NamedTuple):
+class GroupSamples(NamedTuple):
     """
-    Samples of joints that come together, with what the block shares with its neighbours.
+    Samples of joints that come together, in one block.
 
     Attributes
     ----------
+    columns : tuple of int
+        Which joints of the robot they are.
     stamps, received : array of int, shape (N,)
         Of the samples, and when they came [ns].
     positions, velocities : array, shape (N, n)
-        As measured; NaN where not measured. No velocities: None.
+        As measured; velocities NaN where there is none.
     begin, end : int
-        The samples that are the block's own.
-    continuous : tuple of bool
-        Whether positions wrap at 2 pi.
-    max_gap : float
-        A longer pause begins a new run [s].
-    order : int
-        Highest derivative wanted, at most 4.
+        The samples that are the block's own; the others are its context.
 
     """
 
+    columns: tuple[int, ...]
     stamps: Array
     received: Array
     positions: Array
-    velocities: Array | None
+    velocities: Array
     begin: int
     end: int
-    continuous: tuple[bool, ...]
-    max_gap: float
-    order: int
 
 
-class SmoothedBlock(NamedTuple):
+Block = tuple[GroupSamples, ...]
+
+
+@dataclass
+class _Pending:
+    """Samples of a group that wait to be cut; the first ones are context, cut before."""
+
+    group: JointGroup
+    numbers: list[int] = field(default_factory=list)
+    stamps: list[int] = field(default_factory=list)
+    received: list[int] = field(default_factory=list)
+    positions: list[tuple[float, ...]] = field(default_factory=list)
+    velocities: list[tuple[float, ...]] = field(default_factory=list)
+    begin: int = 0
+
+    def context(self) -> int:
+        """Return how many samples cover the context, at the pace of the latest ones."""
+        steps = np.diff(np.array(self.stamps[-1000:], dtype=np.int64))
+        period = float(np.median(steps[steps > 0])) * 1e-9 if (steps > 0).any() else CONTEXT
+        return min(max(int(CONTEXT / period), LEAST_CONTEXT), BLOCK)
+
+    def cut(self, end: int) -> GroupSamples:
+        """Return a block that ends before a sample."""
+        return GroupSamples(
+            self.group.columns, np.array(self.stamps, dtype=np.int64),
+            np.array(self.received, dtype=np.int64), np.array(self.positions, dtype=float),
+            np.array(self.velocities, dtype=float), self.begin, end)
+
+    def forget(self, end: int, context: int) -> None:
+        """Keep what the next block needs beside its own samples."""
+        keep = max(end - context, 0)
+        for samples in (self.numbers, self.stamps, self.received, self.positions,
+                        self.velocities):
+            del samples[:keep]    # type: ignore[attr-defined]
+        self.begin = end - keep
+
+
+def cut(samples: Iterable[Sample], groups: JointGroups, account: Account) -> Iterator[Block]:
     """
-    Smoothed motion of joints that come together.
+    Yield the blocks of one robot.
 
-    Attributes
+    Parameters
     ----------
-    stamps, received : array of int, shape (N,)
-        The instants, and when their samples came [ns].
-    motion : array, shape (order + 1, N, n)
-        Positions, velocities, ... [rad or m, per s to the power of the derivative].
-    run : array of int, shape (N,)
-        Number of the run each belongs to: nothing is known between two runs.
+    samples : iterable of Sample
+        In order of reception.
+    groups : JointGroups
+        Of the robot.
+    account : Account
+        Gets the samples counted, and those that cannot be used.
 
     """
+    pending: dict[JointGroup, _Pending] = {}
+    for number, (_, received, sample) in enumerate(samples):
+        account.received += 1
+        read = _read(groups, sample)
+        if isinstance(read, Reason):
+            account.refused[read] += 1
+            continue
+        group, stamp, position, velocity = read
+        own = pending.get(group)
+        stamp = stamp or received
+        if own is None or own.stamps and stamp < own.stamps[-1] - _JUMP_BACK:
+            # Joints that come otherwise from now on, or a clock that was set back: nothing
+            # before belongs to what follows.
+            if own is not None or pending.keys() - set(groups.groups):
+                yield _all(pending)
+                pending.clear()
+            own = pending[group] = _Pending(group)
+        own.numbers.append(number)
+        own.stamps.append(stamp)
+        own.received.append(received)
+        own.positions.append(position)
+        own.velocities.append(velocity)
+        if len(own.stamps) - own.begin >= BLOCK and len(own.stamps) % 256 == 0:
+            yield from _cut(own, pending)
+    if pending:
+        yield _all(pending)
 
-    stamps: Array
-    received: Array
-    motion: Array
-    run: Array
+
+def _read(groups: JointGroups, sample: JointSample | MalformedMessageError,
+          ) -> tuple[JointGroup, int, tuple[float, ...], tuple[float, ...]] | Reason:
+    """Return the joints that a sample brings, and their stamp, positions and velocities."""
+    if isinstance(sample, MalformedMessageError):
+        return Reason.MALFORMED
+    if sample.stamp_ns < 0:
+        return Reason.STAMP_NEGATIVE
+    layout = groups.find(sample.names)
+    if isinstance(layout, str):
+        return Reason(layout)
+    if len(sample.position) != layout.length:
+        return Reason.WRONG_LENGTH
+    position = tuple(layout.pick(sample.position))
+    if not np.hypot.reduce(position) < LARGEST:
+        return Reason.NOT_FINITE
+    return layout.group, sample.stamp_ns, position, (
+        tuple(layout.pick(sample.velocity)) if len(sample.velocity) == layout.length
+        else (float('nan'),) * len(position))
 
 
-class Result(NamedTuple):
-    """A smoothed block, the samples it could not use, by reason, and the time it took [s]."""
+def _cut(pace: _Pending, pending: dict[JointGroup, _Pending]) -> Iterator[Block]:
+    """Yield a block if there is enough for one, with its context."""
+    contexts = {group: part.context() for group, part in pending.items()}
+    cuts = {group: part.numbers[-min(contexts[group], len(part.numbers))]
+            for group, part in pending.items()}
+    number = min(cuts.values())
+    if len(pace.stamps) - pace.begin >= 2 * BLOCK:
+        number = cuts[pace.group]       # without those that come no more
+    if bisect_left(pace.numbers, number) - pace.begin < BLOCK:
+        return
+    ends = {group: bisect_left(part.numbers, number) for group, part in pending.items()}
+    yield tuple(part.cut(ends[group]) for group, part in pending.items())
+    for group, part in pending.items():
+        part.forget(ends[group], contexts[group])
 
-    block: SmoothedBlock | None
-    refused: Counter[str]
-    seconds: float
 
-
-class Smoothing(Protocol):
-    """What smooths blocks: some processes, of which there are so many."""
-
-    processes: int
-
-    def submit(self, raw: RawBlock) -> Callable[[], Result]:
-        """Begin to smooth a block; return a function that waits for the result."""
-
-
-def smooth_block(raw: RawBlock) -> Result:
-    """Smooth a block; return its own part."""
-    clock = time.perf_counter()
-    own = slice(raw.begin, raw.end)
-    refused: Counter[str] = Counter()
-    used: Array = np.all(np.isfinite(raw.positions), axis=1)
-    refused['position_not_finite'] += int((~used[own]).sum())
-    finite = np.flatnonzero(used)
-    if len(finite) < LEAST:
-        refused['run_too_short'] += int(used[own].sum())
-        return Result(None, refused, time.perf_counter() - clock)
-    start = raw.stamps[finite[0]]
-    motion = smooth((raw.stamps[finite] - start) * 1e-9, raw.positions[finite],
-                    None if raw.velocities is None else raw.velocities[finite],
-                    continuous=raw.continuous, max_gap=raw.max_gap)
-    chosen = finite[motion.used]
-    inside: Array = (chosen >= raw.begin) & (chosen < raw.end)
-    refused['out_of_order_or_outlier'] += int(used[own].sum() - inside.sum())
-    derivatives = [motion.position, motion.velocity, motion.acceleration, motion.jerk]
-    if raw.order > 3:
-        # The smoothed motion has a third derivative; the fourth is its slope.
-        derivatives.append(np.gradient(motion.jerk, motion.stamps, axis=0))
-    steps = np.diff(motion.stamps)
-    run = np.concatenate([[0], np.cumsum((steps > raw.max_gap) | (steps < 0))])
-    block = SmoothedBlock(
-        start + np.rint(motion.stamps[inside] * 1e9).astype(np.int64),
-        raw.received[chosen[inside]],
-        np.array([x[inside] for x in derivatives[:raw.order + 1]]), run[inside])
-    return Result(block, refused, time.perf_counter() - clock)
+def _all(pending: dict[JointGroup, _Pending]) -> Block:
+    return tuple(part.cut(len(part.stamps)) for part in pending.values())

@@ -7,6 +7,9 @@ import numpy as np
 
 from ..screws.se3 import Array
 
+NODES = 4
+"""Samples that a value depends on."""
+
 
 def interpolate(instants: Array, values: Array, at: Array) -> Array:
     """
@@ -35,12 +38,12 @@ def interpolate(instants: Array, values: Array, at: Array) -> Array:
 
     """
     before = np.searchsorted(instants, at, side='right') - 1
-    first = np.clip(before - 1, 0, len(instants) - 4)
-    nodes = (instants[first[:, None] + np.arange(4)] - at[:, None]).astype(float)
+    first = np.clip(before - 1, 0, len(instants) - NODES)
+    nodes = (instants[first[:, None] + np.arange(NODES)] - at[:, None]).astype(float)
     out = np.zeros((len(at), values.shape[1]))
-    for i in range(4):
+    for i in range(NODES):
         weight = np.ones(len(at))
-        for j in range(4):
+        for j in range(NODES):
             if j != i:
                 weight *= nodes[:, j] / (nodes[:, j] - nodes[:, i])
         out += weight[:, None] * values[first + i]

@@ -73,10 +73,15 @@ class JointStreams:
     def add(self, received: int, data: bytes) -> None:
         """Take a serialised JointState and when it was received [ns]."""
         try:
-            sample = self._decode(data)
+            self.take(received, self._decode(data))
         except MalformedMessageError as error:
+            self.take(received, error)
+
+    def take(self, received: int, sample: JointSample | MalformedMessageError) -> None:
+        """Take a joint sample, or why it could not be read, and when it was received [ns]."""
+        if isinstance(sample, MalformedMessageError):
             self.malformed += 1
-            self.last_error = str(error)
+            self.last_error = str(sample)
             return
         stream = self.streams.get(sample.names)
         if stream is None:

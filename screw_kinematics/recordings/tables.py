@@ -5,14 +5,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from types import TracebackType
 from typing import Any
 
 import numpy as np
 
 from .history import History, QUANTITIES
 from ..errors import MissingExtraError, ToolError, UnknownNameError
-from ..screws.rotations import pose, rotation_from_quaternion
+from ..programs.quantities import find_quantity
+from ..screws.rotations import rotation_from_quaternion
 from ..screws.se3 import Array
 
 ENDINGS = ('.csv', '.parquet')
@@ -20,6 +20,7 @@ STAMP = 'stamp_ns'
 _XYZ = ('x', 'y', 'z')
 _POSE = (*(f'position.{c}' for c in _XYZ), *(f'orientation.{c}' for c in (*_XYZ, 'w')))
 _SIX = (*(f'angular.{c}' for c in _XYZ), *(f'linear.{c}' for c in _XYZ))
+_ROWS = 100_000      # of a row group
 
 
 def columns(quantity: str) -> list[str]:
@@ -35,6 +36,23 @@ def columns(quantity: str) -> list[str]:
     return [f'{quantity}.{part}' for part in (_POSE if quantity == 'pose' else _SIX)]
 
 
+def unit(column: str) -> str:
+    """
+    Return the unit of a column.
+
+    Examples
+    --------
+    >>> unit('accel.linear.x'), unit('pose.orientation.w'), unit('stamp_ns')
+    ('m/s^2', '1', 'ns')
+
+    """
+    quantity, _, part = column.partition('.')
+    if not part:
+        return 'ns'
+    first, second = find_quantity(quantity).parts
+    return (first if part.startswith(('position', 'angular')) else second)[2]
+
+
 class TableWriter:
     """
     Writes states block by block.
@@ -46,28 +64,24 @@ class TableWriter:
     quantities : sequence of str
         In the order of their columns.
     about : mapping of str to str
-        What the states are of: robot, base_frame, tip_frame. Parquet keeps it.
+        What the states are of: robot, base_frame, tip_frame. Parquet keeps it, and the units.
 
     """
 
     def __init__(self, path: Path, quantities: Sequence[str], about: Mapping[str, str]) -> None:
-        self._arrow = _arrow()
-        fields = [(STAMP, self._arrow.int64())]
-        fields += [(name, self._arrow.float64()) for q in quantities for name in columns(q)]
-        self._schema = self._arrow.schema(fields).with_metadata(dict(about))
+        arrow = self._arrow = _arrow()
+        names = [name for quantity in quantities for name in columns(quantity)]
+        self._schema = arrow.schema([
+            arrow.field(name, kind, metadata={'unit': unit(name)}) for name, kind in
+            [(STAMP, arrow.int64()), *((name, arrow.float64()) for name in names)]
+        ]).with_metadata(dict(about))
+        self._parts: list[Any] = []
         if path.suffix == '.csv':
             from pyarrow import csv
             self._writer: Any = csv.CSVWriter(str(path), self._schema)
         else:
             from pyarrow import parquet
             self._writer = parquet.ParquetWriter(str(path), self._schema)
-
-    def __enter__(self) -> TableWriter:
-        return self
-
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
-                 traceback: TracebackType | None) -> None:
-        self._writer.close()
 
     def write(self, stamps: Array, values: Sequence[Array]) -> None:
         """
@@ -82,8 +96,20 @@ class TableWriter:
 
         """
         arrays = [stamps, *(column for block in values for column in block.T)]
-        self._writer.write_table(self._arrow.table(
+        self._parts.append(self._arrow.table(
             [np.ascontiguousarray(array) for array in arrays], schema=self._schema))
+        if sum(part.num_rows for part in self._parts) >= _ROWS:
+            self._flush()
+
+    def close(self) -> None:
+        """Write the rest."""
+        self._flush()
+        self._writer.close()
+
+    def _flush(self) -> None:
+        if self._parts:
+            self._writer.write_table(self._arrow.concat_tables(self._parts))
+            self._parts.clear()
 
 
 def read_history(path: Path, quantities: Sequence[str]) -> History:
@@ -127,14 +153,21 @@ def read_history(path: Path, quantities: Sequence[str]) -> History:
         if quantity not in known:
             raise UnknownNameError(f'quantity in {path}', quantity, known)
         block = np.stack([table.column(name).to_numpy() for name in columns(quantity)], axis=1)
-        values[quantity] = block if quantity != 'pose' else pose(
-            rotation_from_quaternion(block[:, 3:]), block[:, :3])
+        values[quantity] = _poses(block) if quantity == 'pose' else block
     stamps = table.column(STAMP).to_numpy()
     about = {key.decode(): value.decode()
              for key, value in (table.schema.metadata or {}).items() if b'.' not in key}
     return History(about.get('robot', path.stem), about.get('base_frame', 'base'),
                    about.get('tip_frame', 'tip'), (stamps - stamps[0]) * 1e-9, values,
                    int(stamps[0]))
+
+
+def _poses(block: Array) -> Array:
+    out = np.zeros((len(block), 4, 4))
+    out[:, :3, :3] = rotation_from_quaternion(block[:, 3:])
+    out[:, :3, 3] = block[:, :3]
+    out[:, 3, 3] = 1.0
+    return out
 
 
 def _arrow() -> Any:

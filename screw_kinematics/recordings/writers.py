@@ -1,63 +1,51 @@
 # Copyright screw_kinematics contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Where the states of recorded robots go: a bag with the node's topics, or tables."""
+"""Where the states of a recording go: a bag with the node's topics, tables, or a data set."""
 from __future__ import annotations
 
-from collections.abc import Sequence
-from contextlib import ExitStack
+from collections.abc import Callable
 from pathlib import Path
-from types import TracebackType
 from typing import Any, Protocol
 
 import numpy as np
 
 from .history import QUANTITIES
-from .recorded_robots import full_name
-from .robot_states import RobotStates, StateBlock
-from .tables import ENDINGS, TableWriter
-from ..errors import MissingExtraError, ToolError
+from .recording import full_name
+from .states import RecordedRobot, StateBlock
+from .tables import TableWriter
+from ..errors import MissingExtraError
 from ..pipeline.outputs import Frames, KINDS, make_send
 from ..screws.rotations import quaternion_from_rotation
 from ..screws.se3 import Array
 
+_DAY = 86_400 * 10**9    # ns
+
 
 class StateWriter(Protocol):
-    """Takes the states of several robots, block by block."""
+    """Takes the states of robots, one after another and block by block."""
 
-    def __enter__(self) -> StateWriter:
-        """Open the output."""
-
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
-                 traceback: TracebackType | None) -> None:
-        """Close it, also after an error."""
-
-    def write(self, robot: RobotStates, block: StateBlock) -> None:
+    def write(self, robot: RecordedRobot, block: StateBlock) -> None:
         """Append states."""
 
+    def close(self) -> None:
+        """Write the rest."""
 
-def make_writer(path: Path, robots: Sequence[RobotStates], storage: str,
-                namespace: str) -> StateWriter:
+
+class BagWriter:
     """
-    Return the writer for a path: a table if it ends in .csv or .parquet, else a bag.
+    A bag of ROS 2 with the messages the node would have published.
 
-    Raises
-    ------
-    ToolError
-        There is something at the path already.
+    Parameters
+    ----------
+    path : path
+        Of the bag.
+    storage : {'mcap', 'sqlite3'}
+    namespace : str
+        Of the node.
 
     """
-    if path.suffix in ENDINGS:
-        return _Tables(path, robots)
-    if path.exists():
-        raise ToolError(f'{path} exists already; choose another output')
-    return _Bag(path, robots, storage, namespace)
 
-
-class _Bag:
-    """A bag of ROS 2 with the messages the node would have published."""
-
-    def __init__(self, path: Path, robots: Sequence[RobotStates], storage: str,
-                 namespace: str) -> None:
+    def __init__(self, path: Path, storage: str, namespace: str) -> None:
         try:
             from rosbags.rosbag2 import StoragePlugin, Writer
             from rosbags.typesys import get_typestore, Stores
@@ -66,39 +54,37 @@ class _Bag:
         self._writer = Writer(path, version=Writer.VERSION_LATEST,
                               storage_plugin=StoragePlugin[storage.upper()])
         self._types = get_typestore(Stores.ROS2_JAZZY)
-        self._robots = robots
         self._namespace = namespace
-        self._sends: dict[str, list[Any]] = {}
+        self._sends: dict[str, list[Callable[[int, Any], None]]] = {}
         self._received = 0
-
-    def __enter__(self) -> _Bag:
         self._writer.open()
-        for robot in self._robots:
-            settings, model = robot.settings, robot.model
-            base = settings.frame_prefix + model.base_frame
-            tip = settings.frame_prefix + model.tip_frame
-            frames = Frames(base, tip, tip if settings.expressed_in == 'tip' else base)
-            self._sends[settings.name] = [
-                make_send(output, self._publisher(robot, output), robot.program.slices, frames,
-                          lambda derivative: ()) for output in robot.outputs]
-        return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
-                 traceback: TracebackType | None) -> None:
-        # Closed whole after errors too: what was computed until then stays readable.
-        self._writer.close()
-
-    def write(self, robot: RobotStates, block: StateBlock) -> None:
+    def write(self, robot: RecordedRobot, block: StateBlock) -> None:
         """Append states."""
-        sends = self._sends[robot.settings.name]
+        name = robot.settings.name
+        if name not in self._sends:
+            self._sends[name] = self._advertise(robot)
+        sends = self._sends[name]
         for stamp, self._received, values in zip(
                 block.stamps.tolist(), block.received.tolist(), block.values.tolist()):
             for send in sends:
                 send(stamp, values)
 
-    def _publisher(self, robot: RobotStates, output: str) -> Any:
+    def close(self) -> None:
+        """Write the rest."""
+        self._writer.close()
+
+    def _advertise(self, robot: RecordedRobot) -> list[Callable[[int, Any], None]]:
+        settings, model = robot.settings, robot.model
+        base = settings.frame_prefix + model.base_frame
+        tip = settings.frame_prefix + model.tip_frame
+        frames = Frames(base, tip, tip if settings.expressed_in == 'tip' else base)
+        return [make_send(output, self._publisher(settings.name, output), robot.program.slices,
+                          frames, lambda derivative: ()) for output in robot.outputs]
+
+    def _publisher(self, robot: str, output: str) -> Callable[[bytes], None]:
         connection = self._writer.add_connection(
-            full_name(self._namespace, f'{robot.settings.name}/{output}'), KINDS[output].type_name,
+            full_name(self._namespace, f'{robot}/{output}'), KINDS[output].type_name,
             typestore=self._types)
         write = self._writer.write
 
@@ -108,44 +94,93 @@ class _Bag:
         return publish
 
 
-class _Tables:
-    """A table for each robot."""
+class TablesWriter:
+    """
+    A table for each robot.
 
-    def __init__(self, path: Path, robots: Sequence[RobotStates]) -> None:
-        self._stack = ExitStack()
-        self._writers: dict[str, TableWriter] = {}
-        for robot in robots:
-            name = robot.settings.name
-            file = path if len(robots) == 1 else path.with_stem(f'{path.stem}_{name}')
-            self._writers[name] = TableWriter(file, _columns(robot), {
-                'robot': name, 'base_frame': robot.model.base_frame,
-                'tip_frame': robot.model.tip_frame, 'axes': robot.settings.expressed_in,
-                'reference_point': robot.settings.reference_point})
+    Parameters
+    ----------
+    file : callable
+        From a robot's name to the path of its table.
 
-    def __enter__(self) -> _Tables:
-        for writer in self._writers.values():
-            self._stack.enter_context(writer)
-        return self
+    """
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
-                 traceback: TracebackType | None) -> None:
-        self._stack.close()
+    def __init__(self, file: Callable[[str], Path]) -> None:
+        self._file = file
+        self._tables: dict[str, TableWriter] = {}
 
-    def write(self, robot: RobotStates, block: StateBlock) -> None:
+    def write(self, robot: RecordedRobot, block: StateBlock) -> None:
         """Append states."""
-        self._writers[robot.settings.name].write(
-            block.stamps, [values_of(robot, block, quantity) for quantity in _columns(robot)])
+        name = robot.settings.name
+        if name not in self._tables:
+            self._tables[name] = _table(self._file(name), robot)
+        self._tables[name].write(block.stamps, _columns(robot, block))
+
+    def close(self) -> None:
+        """Write the rest."""
+        for table in self._tables.values():
+            table.close()
 
 
-def values_of(robot: RobotStates, block: StateBlock, output: str) -> Array:
+class DataSetWriter:
+    """
+    Parts of a Parquet data set: ``robot=NAME/date=YYYY-MM-DD/RECORDING.parquet``.
+
+    Parameters
+    ----------
+    folder : path
+        Of the data set.
+    recording : str
+        Name of the parts.
+
+    """
+
+    def __init__(self, folder: Path, recording: str) -> None:
+        self._folder = folder
+        self._recording = recording
+        self._tables: dict[tuple[str, str], TableWriter] = {}
+
+    def write(self, robot: RecordedRobot, block: StateBlock) -> None:
+        """Append states."""
+        values = _columns(robot, block)
+        days = block.stamps // _DAY
+        for day in np.unique(days).tolist():
+            name, date = robot.settings.name, str(np.datetime64(day, 'D'))
+            if (name, date) not in self._tables:
+                folder = self._folder / f'robot={name}' / f'date={date}'
+                folder.mkdir(parents=True, exist_ok=True)
+                self._tables[name, date] = _table(
+                    folder / f'{self._recording}.parquet', robot, recording=self._recording)
+            rows = days == day
+            self._tables[name, date].write(block.stamps[rows], [v[rows] for v in values])
+
+    def close(self) -> None:
+        """Write the rest."""
+        for table in self._tables.values():
+            table.close()
+
+
+def values_of(robot: RecordedRobot, block: StateBlock, output: str) -> Array:
     """Return the values of one output: (N, 6), or position and quaternion, (N, 7)."""
     values = block.values[:, robot.program.slices[KINDS[output].needs[0]]]
     if output != 'pose':
         return values
-    quaternions = quaternion_from_rotation(values[:, 3:].reshape(-1, 3, 3))
-    return np.concatenate([values[:, :3], quaternions], axis=1)
+    rotations = values[:, 3:].reshape(-1, 3, 3)
+    return np.concatenate([values[:, :3], quaternion_from_rotation(rotations)], axis=1)
 
 
-def _columns(robot: RobotStates) -> list[str]:
+def _table(file: Path, robot: RecordedRobot, **more: str) -> TableWriter:
+    settings, model = robot.settings, robot.model
+    return TableWriter(file, _quantities(robot), {
+        'robot': settings.name, 'base_frame': settings.frame_prefix + model.base_frame,
+        'tip_frame': settings.frame_prefix + model.tip_frame, 'axes': settings.expressed_in,
+        'reference_point': settings.reference_point, 'units': 'rad, m, s', **more})
+
+
+def _columns(robot: RecordedRobot, block: StateBlock) -> list[Array]:
+    return [values_of(robot, block, quantity) for quantity in _quantities(robot)]
+
+
+def _quantities(robot: RecordedRobot) -> list[str]:
     """Return the outputs that a table has columns for; velocity is the twist again."""
     return [output for output in robot.outputs if output in QUANTITIES]

@@ -1,50 +1,62 @@
 # Copyright screw_kinematics contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-Compute states from a recorded bag, smoothed without the lag a live node has.
+Compute states from recordings, smoothed without the lag a live node has.
 
-Reads sensor_msgs/JointState out of mcap or sqlite3 bags, needs no ROS installation, and
-writes a bag with the topics of the node, or a CSV or Parquet table.
+Reads joint states out of bags of ROS 2 (mcap, sqlite3) and ROS 1 and out of tables (CSV,
+Parquet), needs no ROS installation, and writes bags with the topics of the node, tables, or a
+data set. Of many recordings those are done that are new or have changed.
 """
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
-from itertools import islice
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from contextlib import contextmanager
+from dataclasses import replace
+from datetime import datetime, timezone
+from functools import partial
+import math
+import multiprocessing
+import os
 from pathlib import Path
 import sys
 
-from rich.console import Console
-from rich.progress import MofNCompleteColumn, Progress, TimeRemainingColumn
-
-from .smoothing_pool import SmoothingPool
+from .account import Bar, print_single, summary_table
+from .report import write_report
 from .. import console, robot_options
-from ...errors import ParameterError
-from ...pipeline.outputs import KINDS, RECORDED
+from ..processes import end_with_parent
+from ...errors import ParameterError, ToolError
+from ...pipeline.outputs import RECORDED
 from ...pipeline.parameter_file import read_robots, robot_settings
 from ...pipeline.settings import RobotSettings
-from ...recordings.comparison import Difference, table
-from ...recordings.recorded_robots import full_name, JOINT_STATE, recorded_robots, RecordedRobot
-from ...recordings.recording import Recording
-from ...recordings.robot_states import LEFT_OUT, RobotStates, StateBlock
-from ...recordings.stage_times import StageTimes
-from ...recordings.writers import make_writer, StateWriter, values_of
+from ...recordings import records
+from ...recordings.fleet import cluster, in_order, process_all
+from ...recordings.joint_table import LENGTHS, TableFormat, TIME_UNITS, UNITS
+from ...recordings.processing import FORMS, Outcome, process, Task
+from ...recordings.sources import find_sources
+from ...recordings.states import Run
+from ...recordings.tables import ENDINGS
 
 EXAMPLES = """\
   bag recording --robot config/robots/panda.yaml --output states
   bag recording --params-file kinematic_states.yaml --output states.parquet
   bag run.mcap --robot panda.urdf --tip panda_hand_tcp --outputs pose,twist,accel,jerk \\
       --output states.csv
+  bag log.csv --robot arm.urdf --columns stamp=t,elbow=q2 --units deg --output states.csv
   bag recording --params-file kinematic_states.yaml --compare
+  bag recordings/ 'more/*.bag' --params-file kinematic_states.yaml --output states \\
+      --report report.html                       a Parquet data set of all that is there
+  bag s3://lab/2026 --params-file fleet.yaml --output states --scheduler tcp://head:8786
 """
-_AT_A_TIME = 5000
-Differences = dict[str, tuple[RobotStates, Difference]]
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the tool; see ``bag --help``."""
     options = console.parser('bag', __doc__ or '', EXAMPLES)
-    options.add_argument('bag', type=Path, help='directory of a bag, or a .mcap or .db3 file')
+    options.add_argument('paths', nargs='+', metavar='PATH',
+                         help='bags (a folder, or a .mcap, .db3 or .bag file), tables (.csv, '
+                              '.parquet), folders and patterns of them, URLs of them')
     what = options.add_mutually_exclusive_group(required=True)
     what.add_argument('--params-file', type=Path, metavar='FILE',
                       help='robots and settings, as the node has them')
@@ -60,119 +72,165 @@ def main(argv: Sequence[str] | None = None) -> int:
                          f'{", ".join(RECORDED)} (default: as the parameters say; twist,accel)')
     options.add_argument('--namespace', default='', help='of the node (default: none)')
     options.add_argument('--output', type=Path, metavar='PATH',
-                         help='.csv or .parquet: a table for each robot; else: a new bag')
-    options.add_argument('--storage', choices=('mcap', 'sqlite3'), default='mcap',
-                         help='of a new bag (default: mcap)')
-    options.add_argument('--processes', type=int, default=2, metavar='N',
-                         help='that smooth long recordings side by side (default: 2)')
+                         help='of one recording: a .csv or .parquet table for each robot, else a '
+                              'bag; of several: the folder of all outputs')
+    options.add_argument('--format', '--storage', choices=FORMS, default='',
+                         help='of the output (default: mcap, or dataset of several recordings)')
+    options.add_argument('--force', action='store_true',
+                         help='do again what is done; overwrite what is there')
+    options.add_argument('--processes', type=int, default=os.cpu_count() or 1, metavar='N',
+                         help='that work side by side (default: one for each core)')
+    options.add_argument('--scheduler', metavar='ADDRESS',
+                         help='of a dask cluster that does the work')
     options.add_argument('--compare', action='store_true',
                          help='compare what the node published with the states')
+    options.add_argument('--report', type=Path, metavar='FILE',
+                         help='write a page about the motion: speeds, workspace, stops')
+    options.add_argument('--stop-limit', type=float, default=5.0, metavar='A',
+                         help='deceleration that the report calls a hard stop [m/s2] (default: 5)')
+    table = options.add_argument_group('tables', 'what is not stated is recognised, or asked for')
+    table.add_argument('--columns', metavar='JOINT=COLUMN,...', default='',
+                       help='which column is which; JOINT.velocity=COLUMN, stamp=COLUMN')
+    table.add_argument('--units', metavar='U,U', default='', help='of positions: rad or deg, m '
+                                                                  'or mm')
+    table.add_argument('--time-unit', choices=TIME_UNITS, default='', help='of the stamps')
+    table.add_argument('--epoch', metavar='TIME', default='0',
+                       help='added to the stamps: seconds since 1970, or an ISO date')
     return console.run(_bag, options, argv)
 
 
 def _bag(arguments: argparse.Namespace) -> int:
-    if arguments.output is None and not arguments.compare:
-        raise ParameterError('output', None, 'a path, or --compare')
-    stages = StageTimes()
-    recording = Recording(arguments.bag)
-    with SmoothingPool(arguments.processes) as smoothing:
-        robots = recorded_robots(recording, _settings(arguments), arguments.namespace,
-                                 smoothing, stages)
-        differences = _run(arguments, recording, robots, stages)
-    code = _report(recording, robots, differences)
-    print(stages.report(smoothing.helped))
-    return code
-
-
-def _run(arguments: argparse.Namespace, recording: Recording,
-         robots: Sequence[RecordedRobot], stages: StageTimes) -> Differences:
-    """Make the states, and whatever is asked to be made of them."""
-    differences = {full_name(arguments.namespace, f'{robot.states.settings.name}/{output}'):
-                   (robot.states, Difference(output))
-                   for robot in robots for output in robot.states.outputs
-                   } if arguments.compare else {}
-    if arguments.output is None:
-        _process(recording, robots, differences, None, stages)
+    if arguments.output is None and not (arguments.compare or arguments.report):
+        raise ParameterError('output', None, 'a path, or --compare, or --report')
+    if arguments.processes < 1:
+        raise ParameterError('processes', arguments.processes, '1 or more')
+    tasks = _tasks(arguments)
+    if len(tasks) > 1 or arguments.format == 'dataset' or arguments.scheduler:
+        outcomes = _many(arguments, tasks)
+        print(summary_table(outcomes))
     else:
-        with make_writer(arguments.output, [robot.states for robot in robots],
-                         arguments.storage, arguments.namespace) as writer:
-            _process(recording, robots, differences, writer, stages)
-    return differences
+        for place in () if arguments.force else tasks[0].places():
+            if place.exists():
+                raise ToolError(f'{place} exists already; choose another output, or --force')
+        with Bar(tasks) as bar, _runner(arguments.processes) as run:
+            outcomes = [process(tasks[0], run, partial(bar.advance, tasks[0]))]
+        if outcomes[0].error:
+            raise ToolError(outcomes[0].error)
+        print_single(outcomes[0], tasks[0])
+    if arguments.report:
+        write_report(arguments.report, outcomes, arguments.stop_limit)
+        print(f'report: {arguments.report}')
+    return console.OK if all(outcome.sound for outcome in outcomes) else console.FOUND_PROBLEMS
+
+
+def _tasks(arguments: argparse.Namespace) -> list[Task]:
+    """Return what is to be done of each recording."""
+    sources = find_sources(arguments.paths)
+    output: Path | None = arguments.output
+    form, folder, name = arguments.format, Path(), ''
+    if output is None:
+        form = ''
+    elif len(sources) > 1 or form == 'dataset':
+        form, folder = form or 'dataset', output
+    else:
+        form = form or (output.suffix[1:] if output.suffix in ENDINGS else 'mcap')
+        folder, name = output.parent, output.stem if output.suffix in ENDINGS else output.name
+    common = Task(
+        sources[0], tuple(_settings(arguments)), arguments.namespace, form, folder,
+        table=_table_format(arguments), compare=arguments.compare,
+        stop_limit=arguments.stop_limit if arguments.report else None)
+    return [replace(common, source=source, name=name or source.name) for source in sources]
 
 
 def _settings(arguments: argparse.Namespace) -> list[RobotSettings]:
     chosen = {} if arguments.outputs is None else {
         'outputs': [word for word in arguments.outputs.split(',') if word]}
     if arguments.params_file is not None:
-        return read_robots(arguments.params_file, chosen)
+        return read_robots(arguments.params_file, chosen, arguments.namespace)
     return [robot_settings(arguments.name, {
         'description': arguments.robot, 'base_frame': arguments.base or '',
         'tip_frame': arguments.tip or '', 'joint_states_topic': arguments.topic, **chosen})]
 
 
-def _process(recording: Recording, robots: Sequence[RecordedRobot], differences: Differences,
-             writer: StateWriter | None, stages: StageTimes) -> None:
-    """Read, compute, write and compare, some thousand messages at a time."""
-    kinds = {JOINT_STATE} | {KINDS[d.output].type_name for _, d in differences.values()}
-
-    def pass_on(robot: RobotStates, block: StateBlock) -> None:
-        if writer is not None:
-            with stages.stage('write'):
-                writer.write(robot, block)
-        for of, difference in differences.values():
-            if of is robot:
-                with stages.stage('compare'):
-                    difference.add_states(block.stamps,
-                                          values_of(robot, block, difference.output))
-
-    messages = recording.messages(kinds)
-    with Progress(*Progress.get_default_columns()[:3], MofNCompleteColumn(),
-                  TimeRemainingColumn(), console=Console(stderr=True)) as progress:
-        task = progress.add_task('messages', total=recording.message_count or None)
-        while True:
-            with stages.stage('read'):
-                some = list(islice(messages, _AT_A_TIME))
-            if not some:
-                break
-            for message in some:
-                if message.topic in differences:
-                    differences[message.topic][1].add_message(message.data)
-            for robot in robots:
-                for block in robot.take(some):
-                    pass_on(robot.states, block)
-            progress.advance(task, len(some))
-        for robot in robots:
-            for block in robot.states.finish():
-                pass_on(robot.states, block)
+def _table_format(arguments: argparse.Namespace) -> TableFormat:
+    columns = dict(_pair(entry) for entry in arguments.columns.split(',') if entry)
+    units = [unit for unit in arguments.units.split(',') if unit]
+    for unit in units:
+        if unit not in UNITS and unit not in LENGTHS:
+            raise ParameterError('units', arguments.units,
+                                 f'{", ".join((*UNITS, *LENGTHS))}, two of them by a comma')
+    return TableFormat(columns, next((u for u in units if u in UNITS), ''),
+                       next((u for u in units if u in LENGTHS), ''), arguments.time_unit,
+                       _epoch(arguments.epoch))
 
 
-def _report(recording: Recording, robots: Sequence[RecordedRobot],
-            differences: Differences) -> int:
-    """Print what became of the messages; return the exit code."""
-    empty = False
-    for robot in robots:
-        states = robot.states
-        account = states.account
-        refused = ', '.join(f'{count} {reason}' for reason, count in
-                            sorted(account.refused.items()) if count)
-        print(f'{states.settings.name}: {account.received} joint samples on '
-              f'{", ".join(robot.topics)}, {account.outputs} states of {", ".join(states.outputs)}'
-              + (f'; not used: {refused}' if refused else ''))
-        left_out = [name for name in states.settings.outputs if name in LEFT_OUT]
-        if left_out:
-            print(f'{states.settings.name}: not made from recordings: {", ".join(left_out)}')
-        empty |= not account.outputs
-    if differences:
-        print(table((topic, difference) for topic, (_, difference) in differences.items()))
-    for damage in recording.damage:
-        print(f'bag: damaged: {damage}', file=sys.stderr)
-    if recording.damage:
-        saved = sum(robot.states.account.received for robot in robots)
-        print(f'bag: {saved} joint samples were saved', file=sys.stderr)
-    nothing_compared = bool(differences) and not any(
-        difference.compared for _, difference in differences.values())
-    return console.FOUND_PROBLEMS if recording.damage or empty or nothing_compared else (
-        console.OK)
+def _pair(entry: str) -> tuple[str, str]:
+    joint, found, column = entry.partition('=')
+    if not found:
+        raise ParameterError('columns', entry, 'JOINT=COLUMN, several separated by commas')
+    return joint, column
+
+
+def _epoch(text: str) -> int:
+    try:
+        seconds = float(text)
+        if math.isfinite(seconds):
+            return round(seconds * 1e9)
+    except ValueError:
+        try:
+            time = datetime.fromisoformat(text)
+            return round((time if time.tzinfo else time.replace(tzinfo=timezone.utc)
+                          ).timestamp()) * 10**9
+        except ValueError:
+            pass
+    raise ParameterError('epoch', text, 'seconds since 1970, or a date such as '
+                         '2026-05-01T08:00:00+00:00')
+
+
+def _many(arguments: argparse.Namespace, tasks: Sequence[Task]) -> list[Outcome]:
+    """Process what is not done; return all outcomes in the order of the recordings."""
+    recorded = bool(tasks[0].form)
+    before = {task.name: None if arguments.force or not recorded else records.done_before(task)
+              for task in tasks}
+    left = [task for task in tasks if before[task.name] is None]
+    done = {name: outcome for name, outcome in before.items() if outcome is not None}
+    if len(left) < len(tasks):
+        print(f'{len(tasks) - len(left)} of {len(tasks)} recordings are done and unchanged')
+    by_name = {task.name: task for task in tasks}
+    with Bar(left) as bar:
+        for outcome in _process(arguments, left, bar):
+            task = by_name[outcome.name]
+            if recorded:
+                records.keep(task, outcome)
+            done[outcome.name] = outcome
+            bar.finish(task, outcome)
+    return [done[task.name] for task in tasks]
+
+
+def _process(arguments: argparse.Namespace, tasks: Sequence[Task], bar: Bar,
+             ) -> Iterator[Outcome]:
+    if not tasks:
+        return
+    if arguments.processes == 1 and arguments.scheduler is None:
+        for task in tasks:
+            yield process(task, progress=partial(bar.advance, task))
+        return
+    with cluster(arguments.scheduler, arguments.processes) as client:
+        yield from process_all(tasks, client, bar.advance)
+
+
+@contextmanager
+def _runner(processes: int) -> Iterator[Run]:
+    """Yield what smooths blocks, in several processes as soon as there are several blocks."""
+    if processes == 1:
+        yield map
+        return
+    pool = ProcessPoolExecutor(processes, multiprocessing.get_context('spawn'),
+                               end_with_parent, (os.getpid(),))
+    try:
+        yield in_order(pool, 2 * processes)
+    finally:
+        pool.shutdown(cancel_futures=True)
 
 
 if __name__ == '__main__':

@@ -25,8 +25,9 @@ from ...pipeline.parameter_file import read_robots, robot_settings
 from ...pipeline.robot_model import build_model, continuous_joints
 from ...pipeline.settings import RobotSettings
 from ...recordings.joint_streams import JointStream, JointStreams
-from ...recordings.recorded_robots import description_in, full_name, JOINT_STATE
-from ...recordings.recording import Recording
+from ...recordings.joint_table import JointTable, TableFormat
+from ...recordings.recording import description_in, full_name
+from ...recordings.sources import opened
 
 EXAMPLES = """\
   check model panda.urdf --base panda_link0 --tip panda_hand_tcp
@@ -48,7 +49,7 @@ def main(argv: Sequence[str] | None = None) -> int:
                         help='how long to listen (default: 10); let the robot rest and move')
     system.set_defaults(find=_system)
     bag = kinds.add_parser('bag', help='the joint states in a recording')
-    bag.add_argument('bag', type=Path, help='directory of a bag, or a .mcap or .db3 file')
+    bag.add_argument('bag', help='a folder, or a .mcap, .db3 or .bag file, or its URL')
     bag.set_defaults(find=_recording)
     for with_robots in (system, bag):
         which = with_robots.add_mutually_exclusive_group()
@@ -92,27 +93,28 @@ def _system(arguments: argparse.Namespace) -> Iterator[Finding]:
 
 
 def _recording(arguments: argparse.Namespace) -> Iterator[Finding]:
-    recording = Recording(arguments.bag)
     settings = _settings(arguments)
     streams = {topic: JointStreams() for topic in _topics(settings, arguments.namespace)}
-    for message in recording.messages({JOINT_STATE}):
-        if message.topic in streams:
-            streams[message.topic].add(message.received, message.data)
-    for damage in recording.damage:
-        yield Finding(PROBLEM, f'damaged: {damage}')
     descriptions = {}
-    for robot in settings:
-        if not robot.description:
-            topic = full_name(arguments.namespace, robot.description_topic)
-            text = description_in(recording, topic)
-            if text is not None:
-                descriptions[topic] = text
+    with opened(arguments.bag, TableFormat()) as recording:
+        if isinstance(recording, JointTable):
+            raise ParameterError('bag', arguments.bag, 'a bag')
+        for topic, received, sample in recording.samples(set(streams)):
+            streams[topic].take(received, sample)
+        for damage in recording.damage:
+            yield Finding(PROBLEM, f'damaged: {damage}')
+        for robot in settings:
+            if not robot.description:
+                topic = full_name(arguments.namespace, robot.description_topic)
+                text = description_in(recording, topic)
+                if text is not None:
+                    descriptions[topic] = text
     yield from _report(settings, arguments.namespace, streams, descriptions)
 
 
 def _settings(arguments: argparse.Namespace) -> list[RobotSettings]:
     if arguments.params_file is not None:
-        return read_robots(arguments.params_file)
+        return read_robots(arguments.params_file, namespace=arguments.namespace)
     return [robot_settings('robot', {
         'description': arguments.robot or '', 'base_frame': arguments.base or '',
         'tip_frame': arguments.tip or '', 'joint_states_topic': arguments.topic})]

@@ -1,0 +1,154 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""
+Many recordings on a dask cluster: whole ones by its workers, long ones block by block.
+
+A worker that dies costs what it was at: dask gives its blocks and recordings to others.
+"""
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import Executor, Future
+from contextlib import contextmanager
+from dataclasses import replace
+from functools import partial
+from itertools import chain, islice
+import logging
+import os
+from pathlib import Path
+from queue import SimpleQueue
+from threading import Thread
+from typing import Any
+
+from .blocks import Block
+from .processing import Outcome, process, Task
+from .smoothing import MotionBlock
+from .states import Run
+from ..errors import MissingExtraError, ToolError
+
+Progress = Callable[[Task, int, int], None]
+"""Gets a recording, the joint samples read of it so far, and how many are expected or 0."""
+
+
+def in_order(executor: Executor, ahead: int) -> Run:
+    """
+    Return what smooths blocks by an executor and gives the results in order, as ``map`` does.
+
+    Parameters
+    ----------
+    executor : concurrent.futures.Executor
+        Of processes, here or elsewhere.
+    ahead : int
+        So many blocks are under way at a time, which bounds the memory.
+
+    """
+    def run(function: Callable[[Block], MotionBlock], blocks: Iterable[Block],
+            ) -> Iterator[MotionBlock]:
+        rest = iter(blocks)
+        first = list(islice(rest, 2))
+        if len(first) < 2:      # not worth another process
+            yield from map(function, first)
+            return
+        waiting: deque[Future[MotionBlock]] = deque()
+        for block in chain(first, rest):
+            waiting.append(executor.submit(function, block))
+            if len(waiting) > ahead:
+                yield waiting.popleft().result()
+        while waiting:
+            yield waiting.popleft().result()
+    return run
+
+
+@contextmanager
+def cluster(scheduler: str | None, processes: int) -> Iterator[Any]:
+    """
+    Yield a client of a dask cluster.
+
+    Parameters
+    ----------
+    scheduler : str or None
+        Address of a running one; None: one is started here, and ended with the context.
+    processes : int
+        Of the one here.
+
+    Raises
+    ------
+    MissingExtraError, ToolError
+        dask is not installed; nobody answers at the address.
+
+    """
+    try:
+        from distributed import Client, LocalCluster
+    except ImportError:
+        raise MissingExtraError('distributed', 'fleet', 'processing many recordings at once (or '
+                                'one after another, with --processes 1)') from None
+    if scheduler is not None:
+        try:
+            client = Client(scheduler, timeout=10)
+        except (OSError, ValueError, TimeoutError) as error:
+            raise ToolError(f'{scheduler}: no dask scheduler answers: {error}') from None
+        with client:
+            yield client
+        return
+    with LocalCluster(n_workers=processes, threads_per_worker=1, dashboard_address=None,
+                      silence_logs=logging.ERROR) as local, Client(local) as client:
+        yield client
+
+
+def process_all(tasks: Sequence[Task], client: Any, progress: Progress) -> Iterator[Outcome]:
+    """
+    Process recordings on a cluster; yield their outcomes as they come.
+
+    Parameters
+    ----------
+    tasks : sequence of Task
+        Their files must be where the workers can reach them.
+    client : distributed.Client
+        Of the cluster.
+    progress : callable
+        Called for recordings that are cut into blocks.
+
+    """
+    cores = max(sum(client.ncores().values()), 1)
+    tasks = [_absolute(task) for task in tasks]
+    bound = sum(task.source.size for task in tasks) / (2 * cores)
+    outcomes: SimpleQueue[Outcome] = SimpleQueue()
+    futures = []
+    for task in tasks:
+        if task.source.size < bound:
+            future = client.submit(process, task, pure=False, key=f'process-{task.name}')
+            future.add_done_callback(partial(_hand_over, outcomes, task))
+            futures.append(future)
+    executor = client.get_executor(pure=False, priority=1)
+    in_blocks = [task for task in tasks if task.source.size >= bound]
+
+    def process_in_blocks() -> None:
+        for task in in_blocks:
+            try:
+                outcomes.put(process(task, in_order(executor, 2 * cores),
+                                     partial(progress, task)))
+            except Exception as error:      # of the cluster: it must not end the others
+                outcomes.put(_failed(task, error))
+
+    Thread(target=process_in_blocks, daemon=True).start()
+    for _ in tasks:
+        yield outcomes.get()
+
+
+def _hand_over(outcomes: SimpleQueue[Outcome], task: Task, future: Any) -> None:
+    error = future.exception()
+    outcomes.put(future.result() if error is None else _failed(task, error))
+
+
+def _failed(task: Task, error: BaseException) -> Outcome:
+    return Outcome(task.name, task.source.place, task.source.size,
+                   error=f'{task.source.place}: {type(error).__name__}: {error}')
+
+
+def _absolute(task: Task) -> Task:
+    """Return a task whose paths mean the same in other processes."""
+    place = task.source.place
+    return replace(
+        task, folder=Path(os.path.abspath(task.folder)),
+        source=task.source._replace(place=place if '://' in place else os.path.abspath(place)))

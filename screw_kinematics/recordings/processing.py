@@ -1,0 +1,313 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""One recording, from its path to the states of its robots in their place."""
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from dataclasses import dataclass, field
+from pathlib import Path
+import time
+from typing import Any
+
+import numpy as np
+
+from .comparison import Difference, table
+from .joint_table import JointTable, TableFormat
+from .recording import full_name, Recording
+from .sources import opened, Source
+from .states import recorded_robot, RecordedRobot, Run, StateBlock
+from .summary import MotionSummary, Summarizer
+from .unfinished import Unfinished
+from .writers import BagWriter, DataSetWriter, StateWriter, TablesWriter, values_of
+from ..errors import Reason, ScrewKinematicsError
+from ..pipeline.outputs import KINDS
+from ..pipeline.settings import RobotSettings
+
+FORMS = ('mcap', 'sqlite3', 'csv', 'parquet', 'dataset')
+"""A bag of ROS 2 in either storage, a table for each robot, or parts of a Parquet data set."""
+
+
+@dataclass(frozen=True)
+class Task:
+    """
+    What is to be made of a recording; may be sent to other machines.
+
+    Parameters
+    ----------
+    source : Source
+        The recording.
+    robots : tuple of RobotSettings
+        As the node has them.
+    namespace : str
+        Of the node.
+    form : str
+        One of FORMS; empty: nothing is written.
+    folder : path
+        Where outputs go.
+    name : str
+        Of the outputs.
+    table : TableFormat
+        What is known of the recording if it is a table.
+    compare : bool
+        Whether what the node published is compared with the states.
+    stop_limit : float or None
+        Deceleration that is a hard stop [m/s^2]; None: the motion is not summed up.
+
+    """
+
+    source: Source
+    robots: tuple[RobotSettings, ...]
+    namespace: str = ''
+    form: str = ''
+    folder: Path = Path()
+    name: str = ''
+    table: TableFormat = field(default_factory=TableFormat)
+    compare: bool = False
+    stop_limit: float | None = None
+
+    def table_name(self, robot: str) -> str:
+        """Return the name of a robot's table."""
+        several = f'_{robot}' if len(self.robots) > 1 else ''
+        return f'{self.name}{several}.{self.form}'
+
+    def places(self) -> list[Path]:
+        """Return what will be written, as far as it is known before."""
+        if self.form in ('mcap', 'sqlite3'):
+            return [self.folder / self.name]
+        if self.form in ('csv', 'parquet'):
+            return [self.folder / self.table_name(robot.name) for robot in self.robots]
+        return []
+
+    def writer(self, folder: Path) -> StateWriter:
+        """Return what writes the states into a folder."""
+        if self.form == 'dataset':
+            return DataSetWriter(folder, self.name)
+        if self.form in ('csv', 'parquet'):
+            return TablesWriter(lambda robot: folder / self.table_name(robot))
+        return BagWriter(folder / self.name, self.form, self.namespace)
+
+
+@dataclass
+class RobotOutcome:
+    """
+    What became of one robot's samples.
+
+    Attributes
+    ----------
+    name, topics, outputs : str and lists of str
+    received, states : int
+        Joint samples, and states made of them.
+    refused : dict of str to int
+        Samples that were not used, by reason.
+    missing : list of str
+        Joints of which nothing came.
+    period, longest_pause : float
+        Median time between two samples, and the longest between two states [s].
+    accuracy, signal : float
+        RMS of the accelerations' expected errors, and of the accelerations, over the joints
+        [rad/s^2, m/s^2]; NaN where they are not estimated.
+    summary : MotionSummary or None
+    comparison : str
+        Of what the node published with the states, as text.
+    compared : int
+        Messages that could be compared.
+
+    """
+
+    name: str
+    topics: list[str]
+    outputs: list[str]
+    received: int = 0
+    states: int = 0
+    refused: dict[str, int] = field(default_factory=dict)
+    missing: list[str] = field(default_factory=list)
+    period: float = float('nan')
+    longest_pause: float = 0.0
+    accuracy: float = float('nan')
+    signal: float = float('nan')
+    summary: MotionSummary | None = None
+    comparison: str = ''
+    compared: int = 0
+
+
+@dataclass
+class Outcome:
+    """
+    What became of a recording.
+
+    Attributes
+    ----------
+    name, place : str
+    size : int
+        Of the recording in bytes.
+    robots : list of RobotOutcome
+    damage : list of str
+        What is broken in it.
+    error : str
+        Why nothing could be made of it.
+    seconds : float
+    files : list of str
+        What was written.
+    before : bool
+        Whether this is from an earlier run.
+
+    """
+
+    name: str
+    place: str
+    size: int
+    robots: list[RobotOutcome] = field(default_factory=list)
+    damage: list[str] = field(default_factory=list)
+    error: str = ''
+    seconds: float = 0.0
+    files: list[str] = field(default_factory=list)
+    before: bool = False
+
+    @property
+    def samples(self) -> int:
+        """Return how many joint samples there were."""
+        return sum(robot.received for robot in self.robots)
+
+    @property
+    def sound(self) -> bool:
+        """Whether nothing is wrong with it."""
+        return not (self.error or self.damage) and all(
+            robot.states and (robot.compared or not robot.comparison) for robot in self.robots)
+
+
+def process(task: Task, run: Run = map,
+            progress: Callable[[int, int], None] | None = None) -> Outcome:
+    """
+    Make the states of a recording and write them.
+
+    What goes wrong is in the outcome; nothing unfinished is left.
+
+    Parameters
+    ----------
+    task : Task
+        What is to be done.
+    run : callable
+        Smooths blocks, here or elsewhere, in their order.
+    progress : callable, optional
+        Gets the joint samples read so far, and how many are expected or 0.
+
+    """
+    outcome = Outcome(task.name or task.source.name, task.source.place, task.source.size)
+    begin = time.perf_counter()
+    try:
+        with opened(task.source.place, task.table) as recording, ExitStack() as stack:
+            output = _Output(task, stack) if task.form else None
+            for settings in task.robots:
+                robot = recorded_robot(recording, settings, task.namespace,
+                                       0 if task.stop_limit is None else 2)
+                outcome.robots.append(_process_robot(
+                    task, recording, robot, run, output,
+                    lambda done: progress(outcome.samples + done, _expected(recording))
+                    if progress else None))
+            if output is not None:
+                output.close()
+            outcome.damage = list(recording.damage)
+        if output is not None and output.unfinished is not None:
+            outcome.files = [str(path) for path in output.unfinished.finished]
+    except (ScrewKinematicsError, OSError) as error:
+        outcome.error = str(error)
+    outcome.seconds = time.perf_counter() - begin
+    return outcome
+
+
+class _Output:
+    """The writer of a task, opened when there is something to write."""
+
+    def __init__(self, task: Task, stack: ExitStack) -> None:
+        self._task, self._stack = task, stack
+        self.unfinished: Unfinished | None = None
+        self._writer: StateWriter | None = None
+
+    def write(self, robot: RecordedRobot, block: StateBlock) -> None:
+        if self._writer is None:
+            self.unfinished = self._stack.enter_context(
+                Unfinished(self._task.folder, self._task.name))
+            self._writer = self._task.writer(self.unfinished.path)
+        self._writer.write(robot, block)
+
+    def close(self) -> None:
+        if self._writer is not None:
+            self._writer.close()
+
+
+def _process_robot(task: Task, recording: Recording | JointTable, robot: RecordedRobot, run: Run,
+                   output: _Output | None, progress: Callable[[int], Any]) -> RobotOutcome:
+    """Make the states of one robot, and whatever is asked to be made of them."""
+    differences = list(_differences(task, recording, robot))
+    summarizer = None if task.stop_limit is None else Summarizer(robot, task.stop_limit)
+    accuracy = _Accuracy()
+    last, longest = None, 0.0
+    for block in robot.states(recording, run):
+        if output is not None:
+            output.write(robot, block)
+        for difference in differences:
+            difference.add_states(block.stamps, values_of(robot, block, difference.output))
+        if summarizer is not None:
+            summarizer.add(block)
+        steps = np.diff(block.stamps, prepend=block.stamps[0] if last is None else last)
+        last, longest = block.stamps[-1], max(longest, float(steps.max()) * 1e-9)
+        accuracy.add(block)
+        progress(robot.account.received)
+    for difference in differences:
+        difference.finish()
+    account = robot.account
+    return RobotOutcome(
+        robot.settings.name, list(robot.topics), list(robot.outputs), account.received,
+        account.outputs, {str(reason): n for reason, n in sorted(account.refused.items()) if n},
+        robot.groups.missing(), robot.period, longest, *accuracy.result(),
+        None if summarizer is None or not account.outputs else summarizer.summary,
+        table(differences) if differences else '', sum(d.compared for d in differences))
+
+
+def _differences(task: Task, recording: Recording | JointTable, robot: RecordedRobot,
+                 ) -> Iterator[Difference]:
+    if task.compare and isinstance(recording, Recording):
+        for output in robot.outputs:
+            topic = full_name(task.namespace, f'{robot.settings.name}/{output}')
+            yield Difference(topic, output, recording.messages({KINDS[output].type_name}, {topic}))
+
+
+def _expected(recording: Recording | JointTable) -> int:
+    return recording.joint_state_count if isinstance(recording, Recording) else 0
+
+
+class _Accuracy:
+    """How wrong the joints' accelerations are expected to be, and how large they are."""
+
+    def __init__(self) -> None:
+        self._count, self._variance, self._square = 0, 0.0, 0.0
+
+    def add(self, block: StateBlock) -> None:
+        if len(block.motion) > 2:
+            known = np.isfinite(block.variance)
+            self._count += int(known.sum())
+            self._variance += float(block.variance[known].sum())
+            self._square += float((block.motion[2][known]**2).mean(axis=1).sum())
+
+    def result(self) -> tuple[float, float]:
+        if not self._count:
+            return float('nan'), float('nan')
+        return ((self._variance / self._count)**0.5, (self._square / self._count)**0.5)
+
+
+def explanation(robot: RobotOutcome, settings: RobotSettings) -> str:
+    """Return why there are no states of a robot, and what to do; empty if there are."""
+    if robot.states:
+        return ''
+    if not robot.received:
+        return f'no joint samples came on {", ".join(robot.topics)}'
+    if robot.missing:
+        return f'nobody publishes {", ".join(robot.missing)}'
+    short = robot.refused.get(Reason.RUN_TOO_SHORT, 0)
+    if short > 0.5 * robot.received:
+        gap = settings.motion.options['max_gap']
+        return (f'samples come every {robot.period:.3g} s, and pauses that exceed '
+                f'{settings.name}.estimator.max_gap ({gap:g} s) leave fewer than 8 of them in a '
+                f'row; raise it, or set {settings.name}.velocity_source: measured')
+    return 'every sample was refused'

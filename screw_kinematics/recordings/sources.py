@@ -1,0 +1,210 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Where recordings are: paths, folders of them, patterns, and what fsspec reaches."""
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from glob import glob, has_magic
+from pathlib import Path, PurePosixPath
+import re
+from tempfile import TemporaryDirectory
+from typing import Any, NamedTuple
+
+from .joint_table import ENDINGS, JointTable, TableFormat
+from .recording import ALLOWED, FORMATS, METADATA, Recording
+from ..errors import MissingExtraError, ToolError
+
+_STORAGES = tuple(ending + more for ending in ('.mcap', '.db3') for more in ('', '.zstd'))
+_RECORDINGS = (*(ending + more for ending in FORMATS for more in ('', '.zstd')), *ENDINGS)
+
+
+class Source(NamedTuple):
+    """
+    A recording somewhere.
+
+    Attributes
+    ----------
+    place : str
+        Path or URL.
+    name : str
+        Short and different from all others', for outputs.
+    size : int
+        In bytes.
+    state : str
+        Changes when the recording changes.
+
+    """
+
+    place: str
+    name: str
+    size: int
+    state: str
+
+
+def find_sources(paths: Sequence[str]) -> list[Source]:
+    """
+    Return the recordings at paths: each a recording, a folder of them, or a pattern.
+
+    Raises
+    ------
+    ToolError
+        There is none at a path.
+
+    """
+    places: dict[str, tuple[int, str]] = {}
+    for path in paths:
+        found = dict(_remote(path) if '://' in path else _local(path))
+        if not found:
+            raise ToolError(f'{path}: no recording there; allowed: {ALLOWED}, and folders and '
+                            'patterns of these')
+        places.update(found)
+    names = short_names(list(places))
+    return [Source(place, name, size, state)
+            for (place, (size, state)), name in zip(places.items(), names)]
+
+
+@contextmanager
+def opened(place: str, table: TableFormat) -> Iterator[Recording | JointTable]:
+    """
+    Open a recording; one that is elsewhere is copied to a temporary folder.
+
+    Parameters
+    ----------
+    place : str
+        Path or URL.
+    table : TableFormat
+        What is known of it if it is a table.
+
+    """
+    if '://' in place:
+        with TemporaryDirectory(prefix='screw_kinematics_') as folder:
+            files, path = _filesystem(place)
+            target = Path(folder, PurePosixPath(path).name)
+            try:
+                files.get(path, str(target), recursive=files.isdir(path))
+            except Exception as error:      # each file system has errors of its own
+                raise ToolError(f'{place}: {type(error).__name__}: {error}') from None
+            with opened(str(target), table) as recording:
+                yield recording
+    elif place.endswith(ENDINGS):
+        yield JointTable(Path(place), table)
+    else:
+        with Recording(Path(place)) as recording:
+            yield recording
+
+
+def group_files(files: Iterable[str]) -> dict[str, list[str]]:
+    """
+    Return the recordings among files, each with the files it is of.
+
+    A folder with metadata, or with the numbered files of one bag and nothing else, is one
+    recording; every other file is one by itself. Hidden folders and data sets are left out.
+
+    Examples
+    --------
+    >>> sorted(group_files(['day/a.mcap', 'day/b.csv', 'day/run/run_0.db3', 'day/run/run_1.db3']))
+    ['day/a.mcap', 'day/b.csv', 'day/run']
+
+    """
+    folders: dict[str, list[str]] = {}
+    for file in files:
+        folder, _, name = file.rpartition('/')
+        if not any(part.startswith(('.', '_')) or '=' in part for part in file.split('/')[1:]):
+            folders.setdefault(folder, []).append(name)
+    found: dict[str, list[str]] = {}
+    for folder, names in sorted(folders.items()):
+        recordings = sorted(name for name in names if name.endswith(_RECORDINGS))
+        storages = [name for name in recordings if name.endswith(_STORAGES)]
+        bag = storages == recordings and (_numbered(storages) or len(storages) == 1 and (
+            _without_ending(storages[0]) == folder.rpartition('/')[2]))
+        if METADATA in names or bag:
+            found[folder] = [f'{folder}/{name}' for name in names]
+        else:
+            found.update({f'{folder}/{name}': [f'{folder}/{name}'] for name in recordings})
+    return found
+
+
+def short_names(places: Sequence[str]) -> list[str]:
+    """
+    Return a name for each place: what the paths do not have in common.
+
+    Examples
+    --------
+    >>> short_names(['/data/mon/run.mcap', '/data/tue/run.mcap', '/data/tue/x.csv'])
+    ['mon-run', 'tue-run', 'tue-x']
+
+    """
+    parts = [PurePosixPath(place).parts for place in places]
+    common = 0 if len(places) > 1 else len(parts[0]) - 1
+    while len(places) > 1 and len({part[common:common + 1] for part in parts}) == 1:
+        common += 1
+    common = min([common, *(len(part) - 1 for part in parts)])
+    whole = ['-'.join(part[common:]) for part in parts]
+    plain = [_without_ending(name) for name in whole]
+    return [plain[i] if plain.count(plain[i]) == 1 else re.sub(r'\W', '_', whole[i])
+            for i in range(len(places))]
+
+
+def _local(path: str) -> Iterator[tuple[str, tuple[int, str]]]:
+    given = [path] if Path(path).exists() or not has_magic(path) else sorted(
+        glob(path, recursive=True))
+    for each in map(Path, given):
+        if each.is_file():
+            groups = {str(each): [str(each)]} if each.name.endswith(_RECORDINGS) else {}
+        else:
+            groups = group_files(file.as_posix() for file in sorted(each.rglob('*'))
+                                 if file.is_file())
+            if len(groups) == 1 and next(iter(groups)).endswith(_STORAGES):
+                groups = {str(each): next(iter(groups.values()))}     # a bag without metadata
+        for place, files in groups.items():
+            about = [Path(file).stat() for file in files]
+            yield place, (sum(a.st_size for a in about), repr([
+                (Path(f).name, a.st_size, a.st_mtime_ns) for f, a in zip(files, about)]))
+
+
+def _remote(url: str) -> Iterator[tuple[str, tuple[int, str]]]:
+    files, path = _filesystem(url)
+    before = url.removesuffix(path) if url.endswith(path) else url.partition('://')[0] + '://'
+    try:
+        for each in sorted(files.glob(path)) if has_magic(path) else [path]:
+            groups = group_files(sorted(files.find(each))) if files.isdir(each) else (
+                {each: [each]})
+            for place, parts in groups.items():
+                about = [files.info(part) for part in parts]
+                when = [str(a.get('ETag') or a.get('mtime') or a.get('LastModified'))
+                        for a in about]
+                yield before + place, (
+                    sum(int(a['size'] or 0) for a in about), repr(list(zip(parts, when))))
+    except Exception as error:      # each file system has errors of its own
+        raise ToolError(f'{url}: {type(error).__name__}: {error}') from None
+
+
+def _filesystem(url: str) -> tuple[Any, str]:
+    try:
+        from fsspec.core import url_to_fs
+    except ImportError:
+        raise MissingExtraError('fsspec', 'fleet', f'reading {url}') from None
+    try:
+        files, path = url_to_fs(url)
+    except (ImportError, ValueError) as error:      # of the file system's own package
+        raise ToolError(f'{url}: {error}') from None
+    return files, str(path)
+
+
+def _numbered(names: Sequence[str]) -> bool:
+    """Return whether files are named as the parts of one bag: from 0 on, without a hole."""
+    for pattern in (r'(.+)_(\d+)', r'(\d+)_(.+?)(?:_\d+.*)?'):
+        parts = [re.fullmatch(pattern, _without_ending(name)) for name in names]
+        which = 2 if pattern.startswith('(.') else 1
+        if parts and all(parts):
+            numbers = sorted(int(part[which]) for part in parts if part)
+            prefixes = {part[3 - which] for part in parts if part}
+            if len(prefixes) == 1 and numbers == list(range(len(numbers))):
+                return True
+    return False
+
+
+def _without_ending(name: str) -> str:
+    ending = max((e for e in _RECORDINGS if name.endswith(e)), key=len, default='')
+    return name.removesuffix(ending) if ending else name

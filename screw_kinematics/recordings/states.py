@@ -1,0 +1,137 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""From recorded joint samples to the states of a robot, without the node's lag."""
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from .blocks import Block, cut
+from .joint_table import JointTable
+from .recording import description_in, full_name, Recording, Sample
+from .smoothing import MotionBlock, Smoother
+from ..errors import Reason, ToolError
+from ..pipeline.account import Account
+from ..pipeline.joint_groups import JointGroups
+from ..pipeline.outputs import KINDS, RECORDED
+from ..pipeline.robot_model import build_model, continuous_joints
+from ..pipeline.settings import RobotSettings
+from ..screws.se3 import Array
+
+Run = Callable[[Callable[[Block], MotionBlock], Iterable[Block]], Iterable[MotionBlock]]
+"""What calls a function on blocks and gives the results in their order, as ``map`` does."""
+
+
+class StateBlock(NamedTuple):
+    """
+    States of a robot at many instants.
+
+    Attributes
+    ----------
+    stamps, received : array of int, shape (N,)
+        What they describe, and when the joint sample came [ns].
+    motion : array, shape (order + 1, N, n)
+        Of the joints.
+    values : array, shape (N, size)
+        All outputs of the program, one after the other.
+    variance : array, shape (N,)
+        Mean over the joints of the accelerations' variance.
+
+    """
+
+    stamps: Array
+    received: Array
+    motion: Array
+    values: Array
+    variance: Array
+
+
+class RecordedRobot:
+    """
+    A robot in a recording, and what is made of its joint samples.
+
+    Parameters
+    ----------
+    settings : RobotSettings
+        As the node has them.
+    model : SerialChain
+        Or any model with ``joint_names`` and ``compile``.
+    namespace : str
+        Of the node.
+    order : int
+        Derivative of the joints' positions that is wanted, beside what the outputs need.
+
+    Attributes
+    ----------
+    outputs : tuple of str
+        Those of the settings that are made from recordings.
+    account : Account
+        What became of the samples.
+    period : float
+        Median time between two samples, in the latest block [s].
+
+    """
+
+    def __init__(self, settings: RobotSettings, model: Any, namespace: str = '',
+                 order: int = 0) -> None:
+        self.settings = settings
+        self.model = model
+        self.topics = tuple(full_name(namespace, topic) for topic in settings.joint_states_topic)
+        self.outputs = tuple(name for name in settings.outputs if name in RECORDED)
+        self.account = Account()
+        self.period = float('nan')
+        self.groups = JointGroups(model.joint_names)
+        needs = tuple(dict.fromkeys(
+            need for output in self.outputs for need in KINDS[output].needs))
+        self.program = model.compile(needs, axes=settings.expressed_in,
+                                     pole=settings.reference_point)
+        self.order = max(order, self.program.order)
+
+    def states(self, recording: Recording | JointTable, run: Run = map) -> Iterator[StateBlock]:
+        """Yield the states in a recording, block by block."""
+        smoother = Smoother(self.settings.motion, continuous_joints(self.model),
+                            self.order)
+        for motion in run(smoother, cut(self._samples(recording), self.groups, self.account)):
+            self.account.refused.update(motion.refused)
+            self.period = motion.period
+            states = self._evaluate(motion)
+            if len(states.stamps):
+                yield states
+
+    def _samples(self, recording: Recording | JointTable) -> Iterator[Sample]:
+        if isinstance(recording, JointTable):
+            return recording.samples(dict(zip(self.model.joint_names, self.model.joint_kinds)))
+        recording.require_joint_states(set(self.topics))
+        return recording.samples(set(self.topics))
+
+    def _evaluate(self, block: MotionBlock) -> StateBlock:
+        results = self.program.batch(*block.motion[:self.program.order + 1])
+        values = np.concatenate([results[name] for name in self.program.slices], axis=1)
+        finite = np.isfinite(values).all(axis=1)
+        self.account.refused[Reason.STATE_NOT_FINITE] += int((~finite).sum())
+        self.account.outputs += int(finite.sum())
+        return StateBlock(block.stamps[finite], block.received[finite], block.motion[:, finite],
+                          values[finite], block.variance[finite])
+
+
+def recorded_robot(recording: Recording | JointTable, settings: RobotSettings, namespace: str,
+                   order: int = 0) -> RecordedRobot:
+    """
+    Return a robot with its model, which may be in the recording.
+
+    Raises
+    ------
+    ModelError, ToolError
+        The model is not readable; the recording has no description on the topic.
+
+    """
+    text = None
+    if not settings.description:
+        topic = full_name(namespace, settings.description_topic)
+        text = description_in(recording, topic) if isinstance(recording, Recording) else None
+        if text is None:
+            raise ToolError(f'{recording.path}: no robot description on {topic}; name the '
+                            "model in the parameter 'description'")
+    return RecordedRobot(settings, build_model(settings, text), namespace, order)

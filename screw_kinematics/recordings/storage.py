@@ -1,0 +1,107 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What the files of a bag have in common, whatever their format."""
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, IO, NamedTuple, Protocol
+
+from ..errors import MissingExtraError
+
+CDR = 'cdr'
+ZSTD_MAGIC = b'\x28\xb5\x2f\xfd'
+
+
+class Message(NamedTuple):
+    """A recorded message: where, what, when it was received [ns], and its CDR bytes."""
+
+    topic: str
+    kind: str
+    received: int
+    data: bytes
+
+
+class Connection(NamedTuple):
+    """A topic in a file: its message type, their encoding, and how many are promised, if known."""
+
+    topic: str
+    kind: str
+    encoding: str
+    promised: int | None
+
+
+class StorageFile(Protocol):
+    """
+    One file of a bag.
+
+    Attributes
+    ----------
+    connections : list of Connection
+        Its topics; a topic may have several types.
+    start : int
+        When its first message was received [ns].
+    damage : list of str
+        What was found broken so far, each with the file and the byte or the message.
+
+    """
+
+    connections: list[Connection]
+    start: int
+    damage: list[str]
+
+    def messages(self, kinds: set[str], topics: set[str] | None) -> Iterator[Message]:
+        """Yield messages of some types, and topics unless None, in order of reception."""
+
+    def close(self) -> None:
+        """Let go of the file."""
+
+
+def zstd() -> Any:
+    """Return Python's module for Zstandard."""
+    try:
+        from compression import zstd    # from Python 3.14 on
+    except ImportError:
+        try:
+            from backports import zstd
+        except ImportError:
+            raise MissingExtraError('backports.zstd', 'bag', 'reading compressed recordings'
+                                    ) from None
+    return zstd
+
+
+def plain(data: bytes) -> bytes:
+    """Return a message that may be compressed by itself; one in CDR begins with a zero."""
+    return bytes(zstd().decompress(data)) if data[:4] == ZSTD_MAGIC else data
+
+
+def unpack_file(source: IO[bytes], target: IO[bytes]) -> None:
+    """Unpack a file compressed by Zstandard; raise EOFError behind what is there of it."""
+    decompressor = zstd().ZstdDecompressor()
+    while packed := source.read(1 << 18):
+        while packed:
+            if decompressor.eof:        # several frames may follow each other
+                decompressor = zstd().ZstdDecompressor()
+            target.write(decompressor.decompress(packed))
+            packed = decompressor.unused_data
+    if not decompressor.eof:
+        raise EOFError('it ends before its data do')
+
+
+def ros2_name(kind: str) -> str:
+    """
+    Return the ROS 2 name of a message type.
+
+    Examples
+    --------
+    >>> ros2_name('sensor_msgs/JointState')
+    'sensor_msgs/msg/JointState'
+
+    """
+    return kind if kind.count('/') != 1 else kind.replace('/', '/msg/')
+
+
+def is_compressed(path: Path) -> bool:
+    """Return whether a file as a whole is compressed by Zstandard."""
+    with path.open('rb') as file:
+        return file.read(4) == ZSTD_MAGIC

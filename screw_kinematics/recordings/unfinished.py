@@ -1,0 +1,56 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Outputs that are there whole or not at all."""
+from __future__ import annotations
+
+import os
+from pathlib import Path
+import shutil
+from types import TracebackType
+
+
+class Unfinished:
+    """
+    A temporary folder beside the outputs, which come to their places when all is well.
+
+    Parameters
+    ----------
+    folder : path
+        Where the outputs go; made if needed.
+    name : str
+        Of the work; what an earlier try under this name left is removed.
+
+    Attributes
+    ----------
+    path : path
+        Of the temporary folder.
+
+    """
+
+    def __init__(self, folder: Path, name: str) -> None:
+        self.folder = folder
+        self.path = folder / f'.{name}.unfinished'
+        self.finished: list[Path] = []
+
+    def __enter__(self) -> Unfinished:
+        shutil.rmtree(self.path, ignore_errors=True)
+        self.path.mkdir(parents=True)
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
+                 traceback: TracebackType | None) -> None:
+        if kind is None:
+            self._put(self.path)
+        shutil.rmtree(self.path)
+
+    def _put(self, folder: Path) -> None:
+        """Move what is in a folder to its place; folders that are there get what is new."""
+        for made in sorted(folder.iterdir()):
+            place = self.folder / made.relative_to(self.path)
+            if place.is_dir() and '=' in made.name:      # of a data set
+                self._put(made)
+                continue
+            if place.is_dir():
+                shutil.rmtree(place)
+            os.replace(made, place)
+            self.finished.append(place)
