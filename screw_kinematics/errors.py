@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from enum import Enum
+import sys
 
 
 class ScrewKinematicsError(Exception):
@@ -84,12 +85,24 @@ class AssemblyModeError(ScrewKinematicsError, ValueError):
 
 
 class MissingExtraError(ScrewKinematicsError, ImportError):
-    """An optional dependency is not installed."""
+    """
+    An optional dependency cannot be imported.
+
+    Raised where an ImportError is handled, it hands on what that said, unless it is just that
+    the package is not there.
+
+    """
 
     def __init__(self, package: str, extra: str, purpose: str) -> None:
+        cause = sys.exc_info()[1]
+        absent = not isinstance(cause, ImportError) or (
+            isinstance(cause, ModuleNotFoundError) and cause.name == package)
+        problem = 'is not installed' if absent else f'cannot be imported ({cause})'
+        otherwise = (' (Linux on x86_64, Python 3.10 to 3.13), or source the setup file of a '
+                     'ROS 2 installation') if extra == 'ros' else ''
         super().__init__(
-            f'{purpose} needs the package {package!r}, which is not installed; '
-            f"install it with: pip install 'screw_kinematics[{extra}]'")
+            f'{purpose} needs the package {package!r}, which {problem}; '
+            f"install it with: pip install 'screw_kinematics[{extra}]'{otherwise}")
 
 
 class MalformedMessageError(ScrewKinematicsError, ValueError):

@@ -101,7 +101,7 @@ def draw(kind: str, rng: np.random.Generator, seconds: float) -> Callable:
         return Sines(start, amplitude / omega**2, omega, rng.uniform(0, 2 * np.pi, 6))
     path = PiecewisePolynomial(state=np.array([start, 0.0, 0.0]))
     path.rest(rng.uniform(0.3, 0.6))
-    sign = rng.choice([-1.0, 1.0])
+    sign = float(rng.choice([-1.0, 1.0]))
     while path.time < seconds + 1:
         _one_move(kind, rng, path, sign)
         path.rest(rng.uniform(0.2, 0.6))

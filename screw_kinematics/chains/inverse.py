@@ -153,7 +153,7 @@ class InverseSolver:
         residual = wanted - matvec(jacobian, rates)
         if self.exact:
             # Not the residual, which rounding makes large as well where the rates are large.
-            out_of_reach = goal - matvec(left, regular * along)
+            out_of_reach: Array = goal - matvec(left, regular * along)
             self._refuse_impossible(out_of_reach, goal, regular)
         if secondary is not None:
             wished = finite_array('secondary rates', secondary, (..., dof))

@@ -15,7 +15,8 @@ import sys
 import textwrap
 
 from .stop_request import StopRequest
-from ..errors import InvalidValueError, ScrewKinematicsError
+from .. import __version__
+from ..errors import InvalidValueError, MissingExtraError, ScrewKinematicsError
 
 NAME = 'kinematic_state_publisher'
 
@@ -60,24 +61,17 @@ def run(args: list[str], stop: StopRequest) -> None:
         It cannot start as asked.
 
     """
+    check_arguments(without_ros_arguments(args[1:]))
     sys.setswitchinterval(SWITCH_INTERVAL)
-    # Imported here, since it takes a while in which a signal may come, too.
-    import rclpy
-    from rclpy.exceptions import ParameterException
-    from rclpy.signals import SignalHandlerOptions
-    from rclpy.utilities import remove_ros_args
-    from . import fast_dds
-    from .executor import make_executor, spin
-    from .node import KinematicStatePublisher
-
     try:
-        check_arguments(remove_ros_args(args)[1:])
-        fast_dds.settle()
-        rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
-    except RuntimeError as error:
-        # Without the places in the middleware's own source code.
-        problem = re.sub(r',? at \S+:\d+', '', ' '.join(str(error).split()))
-        raise InvalidValueError(f'ROS arguments: {problem}') from None
+        # Imported here, since it takes a while in which a signal may come, too.
+        import rclpy
+        from rclpy.exceptions import ParameterException
+        from .executor import make_executor, spin
+        from .node import KinematicStatePublisher
+    except ImportError:
+        raise MissingExtraError('rclpy', 'ros', 'running the node') from None
+    initialise(args)
     try:
         try:
             node = KinematicStatePublisher()
@@ -91,6 +85,46 @@ def run(args: list[str], stop: StopRequest) -> None:
         node.destroy_node()
     finally:
         rclpy.try_shutdown()
+
+
+def initialise(args: list[str]) -> None:
+    """
+    Start ROS, with our settings of the middleware and without its signal handlers.
+
+    Raises
+    ------
+    MissingExtraError
+        rclpy cannot be imported.
+    InvalidValueError
+        Arguments of ROS are wrong.
+
+    """
+    try:
+        import rclpy
+        from rclpy.signals import SignalHandlerOptions
+    except ImportError:
+        raise MissingExtraError('rclpy', 'ros', 'running a node') from None
+    from . import fast_dds
+    fast_dds.settle()
+    try:
+        rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
+    except RuntimeError as error:
+        # Without the places in the middleware's own source code.
+        problem = re.sub(r',? at \S+:\d+', '', ' '.join(str(error).split()))
+        raise InvalidValueError(f'ROS arguments: {problem}') from None
+
+
+def without_ros_arguments(args: Sequence[str]) -> list[str]:
+    """Return arguments without those of ROS, which launch files add: ``--ros-args ... [--]``."""
+    own, ros = [], False
+    for word in args:
+        if word == '--ros-args':
+            ros = True
+        elif ros:
+            ros = word != '--'
+        else:
+            own.append(word)
+    return own
 
 
 def check_arguments(args: Sequence[str]) -> None:
@@ -111,6 +145,7 @@ def check_arguments(args: Sequence[str]) -> None:
         description='Publishes twist, acceleration and more of end effectors, from joint states.',
         epilog=f'parameters:\n{described(NODE)}\n\n'
                f'parameters of each robot:\n{described(ROBOT, "<robot>.")}\n{EXAMPLES}')
+    parser.add_argument('--version', action='version', version=f'%(prog)s {__version__}')
     parser.parse_args(args)
 
 

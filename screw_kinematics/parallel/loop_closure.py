@@ -116,7 +116,7 @@ def close_at_pose(limbs: Limbs, joints: Array, pose: Array,
 def _iterate(limbs: Limbs, joints: Array, target: Array | None, ranks: Ranks | None,
              step: Callable[[ScrewSystem, Array], tuple[Array, Array]],
              iterations: int = MAX_ITERATIONS) -> Solution:
-    before, change, smallest, share = joints, 0 * joints, np.inf, 1.0
+    before, change, smallest, share = joints, 0.0 * joints, np.inf, 1.0
     last = np.inf
     for iteration in range(1, iterations + 1):
         rotations, positions, screws = limbs.kinematics(joints.tolist())

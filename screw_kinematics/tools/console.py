@@ -10,39 +10,84 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable, Sequence
+from functools import partial
 import os
+from pathlib import Path
+import re
 import sys
-from typing import NoReturn
+from typing import Any, NoReturn
 
+from .. import __version__
 from ..errors import ScrewKinematicsError
+from ..node.main import without_ros_arguments
 
 OK, FOUND_PROBLEMS, FAILED = 0, 1, 2
 INTERRUPTED = 130
 
+COMMAND = 'screw-kinematics'
+"""The one command that pip installs for all tools."""
 
-class _Parser(argparse.ArgumentParser):
-    """An argument parser whose errors are one line."""
+COMPLETING = '_ARGCOMPLETE'
+"""Environment variable of a run in which the shell asks for words to complete."""
+
+
+class Parser(argparse.ArgumentParser):
+    """A parser with a version, help that ends with examples, and errors that show one."""
+
+    def __init__(self, prog: str, description: str = '', examples: str = '',
+                 **others: Any) -> None:
+        super().__init__(prog, description=description.strip(),
+                         epilog=f'examples:\n{examples}' if description else '',
+                         formatter_class=argparse.RawDescriptionHelpFormatter, **others)
+        self._examples = examples
+        self.add_argument('--version', action='version', version=f'{prog} {__version__}')
+
+    def add_subparsers(self, **options: Any) -> Any:
+        """Let the parsers of what the tool does show examples, too."""
+        options['parser_class'] = partial(Parser, examples=self._examples)
+        return super().add_subparsers(**options)
 
     def error(self, message: str) -> NoReturn:
-        self.exit(FAILED, f'{self.prog}: {message} (see {self.prog} --help)\n')
+        """End with one line."""
+        # Without the remark that stands behind it, and not those that go on in another line.
+        fitting = re.search(rf'(?m)^  ({re.escape(self.prog)}\b.*?)(?:  .*)?(?<!\\)$',
+                            self._examples)
+        example = f'; for example: {fitting[1]}' if fitting else ''
+        self.exit(FAILED, f'{self.prog}: {message}{example} (see {self.prog} --help)\n')
 
 
-def parser(prog: str, description: str, examples: str) -> argparse.ArgumentParser:
+def parser(tool: str, description: str, examples: str) -> Parser:
     """
-    Return a parser whose help ends with examples, printed as they are written.
+    Return a tool's parser; its name and its examples are as the user has to type them.
 
     Parameters
     ----------
-    prog : str
+    tool : str
         Name of the tool.
     description : str
         What it does; the docstring of its module.
     examples : str
-        Command lines with a remark each.
+        Command lines that begin with the tool's name, with a remark each.
 
     """
-    return _Parser(prog=prog, description=description.strip(), epilog='examples:\n' + examples,
-                   formatter_class=argparse.RawDescriptionHelpFormatter)
+    command = command_of(tool, Path(sys.argv[0]))
+    return Parser(command, description, re.sub(rf'(?m)^  {tool}\b', f'  {command}', examples))
+
+
+def command_of(tool: str, program: Path) -> str:
+    """Return what is typed to run a tool, from the file of the program that runs."""
+    if program.name == tool:
+        # Where colcon puts executables for `ros2 run`, which are on nobody's path.
+        in_workspace = program.parent.parts[-2:] == ('lib', 'screw_kinematics')
+        return f'ros2 run screw_kinematics {tool}' if in_workspace else tool
+    return tool if tool == 'joint_state_source' else f'{COMMAND} {tool}'
+
+
+def complete(options: argparse.ArgumentParser) -> None:
+    """Answer the shell and end, if it has asked for words to complete."""
+    if COMPLETING in os.environ:
+        from argcomplete import autocomplete
+        autocomplete(options)
 
 
 def run(tool: Callable[[argparse.Namespace], int], options: argparse.ArgumentParser,
@@ -56,7 +101,8 @@ def run(tool: Callable[[argparse.Namespace], int], options: argparse.ArgumentPar
         Exit code: what the tool returns, or 2 after an error, or 130 after Ctrl-C.
 
     """
-    arguments = options.parse_args(argv)
+    complete(options)
+    arguments = options.parse_args(without_ros_arguments(sys.argv[1:] if argv is None else argv))
     try:
         return tool(arguments)
     except (ScrewKinematicsError, OSError) as error:

@@ -10,7 +10,7 @@ import sys
 
 import pytest
 
-from screw_kinematics.tools import joint_state_source
+from screw_kinematics.tools.joint_state_source import main as joint_state_source
 from screw_kinematics.tools.demo import main as demo
 
 ROBOTS = Path(__file__).parents[2] / 'config' / 'robots'
@@ -106,7 +106,7 @@ def test_the_demo_ends_if_its_node_does(namespace):
     os.kill(node, signal.SIGKILL)
     _, error = run.communicate(timeout=LIMIT)
     assert run.returncode == 2
-    assert error == 'demo: the node ended with exit code -9: no output\n'
+    assert error == 'screw-kinematics demo: the node ended with exit code -9: no output\n'
     assert not processes(namespace)
 
 

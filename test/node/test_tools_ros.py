@@ -28,7 +28,7 @@ RPR = str(ROBOTS / 'rpr.yaml')
 def source(context, wait_until):
     """Run a publisher of the planar arm's joint states."""
     run = subprocess.Popen(
-        [sys.executable, '-m', 'screw_kinematics.tools.joint_state_source', '--robot', RPR,
+        [sys.executable, '-m', 'screw_kinematics.tools.joint_state_source.main', '--robot', RPR,
          '--motion', 'multisine', '--namespace', '/lab'], env=dict(os.environ))
     node = rclpy.create_node('waiting', context=context)
     wait_until(lambda: node.count_publishers('/lab/joint_states'))

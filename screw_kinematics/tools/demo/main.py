@@ -25,7 +25,7 @@ from rich.live import Live
 from .view import comparison, line, LiveTable, View
 from .truth import stamp_of, Truth
 from .. import console, robot_options
-from ..joint_state_source import add_motion_options, checked_rate
+from ..joint_state_source.main import add_motion_options, checked_rate
 from ..listener import check_names, Listener, require_ros
 from ..processes import Children
 from ...errors import ParameterError, ToolError
@@ -85,7 +85,7 @@ def demonstrate(arguments: argparse.Namespace) -> int:
     with StopRequest() as stop, Children() as children:
         children.start('the node', 'screw_kinematics.node.main', _node(arguments, name))
         children.start('the joint state publisher',
-                       'screw_kinematics.tools.joint_state_source',
+                       'screw_kinematics.tools.joint_state_source.main',
                        _source(arguments, truth.start))
         with _Watch(arguments, name, truth, children, stop) as watch:
             watch.wait_for_states()

@@ -6,18 +6,22 @@ from __future__ import annotations
 import argparse
 from array import array
 from collections.abc import Sequence
+from functools import partial
+import sys
 import time
 
-from . import console, robot_options
-from .listener import check_names
-from .reference_motions import MOTIONS
-from ..errors import MissingExtraError, ParameterError
-from ..node.stop_request import StopRequest
+from .. import console, robot_options
+from ..listener import check_names
+from ..reference_motions import MOTIONS
+from ...errors import MissingExtraError, ParameterError
+from ...node.main import initialise
+from ...node.stop_request import StopRequest
 
 EXAMPLES = """\
   joint_state_source                            the paper's PUMA motion, 100 Hz
   joint_state_source --motion minjerk --rate 1000
   joint_state_source --robot panda.urdf --tip panda_hand_tcp --topic /joint_states
+  joint_state_source --ros-args -r __ns:=/cell -r joint_states:=measured
 """
 
 
@@ -30,7 +34,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     options.add_argument('--namespace', default='', help='ROS namespace of the topic')
     options.add_argument('--start', type=int, metavar='NANOSECONDS',
                          help='epoch time at which the motion began (default: now)')
-    return console.run(publish, options, argv)
+    words = list(sys.argv[1:] if argv is None else argv)
+    return console.run(partial(publish, ros_arguments=words), options, words)
 
 
 def add_motion_options(options: argparse.ArgumentParser) -> None:
@@ -49,16 +54,15 @@ def checked_rate(rate: float) -> float:
     return rate
 
 
-def publish(arguments: argparse.Namespace) -> int:
+def publish(arguments: argparse.Namespace, ros_arguments: Sequence[str] = ()) -> int:
     """
-    Publish positions and velocities until a signal comes.
+    Publish positions and velocities until a signal comes; ROS finds its own arguments.
 
     Samples lie on a regular clock that began with the motion, as those of a controller
     do; instants that were missed are left out, not made up for in a burst.
     """
     try:
         import rclpy
-        from rclpy.signals import SignalHandlerOptions
         from sensor_msgs.msg import JointState
     except ImportError:
         raise MissingExtraError('rclpy', 'ros', 'publishing joint states') from None
@@ -68,20 +72,30 @@ def publish(arguments: argparse.Namespace) -> int:
     stop.take_signals()
     robot = robot_options.load(arguments)
     motion = robot_options.motion(robot, arguments.motion)
-    start = time.time_ns() if arguments.start is None else arguments.start
-    rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
+    initialise(['joint_state_source', *ros_arguments])
     try:
         node = rclpy.create_node('joint_state_source', namespace=arguments.namespace)
         publisher = node.create_publisher(JointState, arguments.topic, 10)
         message = JointState(name=list(robot.joint_names))
+        simulated = node.get_parameter('use_sim_time').value
+
+        def now() -> int:
+            return int(node.get_clock().now().nanoseconds)
+
+        while simulated and not now() and not stop.made:
+            rclpy.spin_once(node, timeout_sec=0.1)
+        start = now() if arguments.start is None else arguments.start
         tick = -1
         while not stop.made:
             # An instant is kept if it is less than one period late.
-            tick = max(tick + 1, int((time.time_ns() - start) * 1e-9 * rate))
+            tick = max(tick + 1, int((now() - start) * 1e-9 * rate))
             elapsed = round(tick / rate * 1e9)
-            # Short naps, so that a signal is answered soon at low rates too.
-            while (wait := (start + elapsed - time.time_ns()) * 1e-9) > 0 and not stop.made:
-                time.sleep(min(wait, 0.1))
+            while (wait := (start + elapsed - now()) * 1e-9) > 0 and not stop.made:
+                # Short naps, so that a signal is answered soon at low rates too.
+                if simulated:
+                    rclpy.spin_once(node, timeout_sec=0.1)
+                else:
+                    time.sleep(min(wait, 0.1))
             position, velocity = motion.derivatives(elapsed * 1e-9, 1)
             message.header.stamp.sec, message.header.stamp.nanosec = divmod(
                 start + elapsed, 1_000_000_000)

@@ -1,0 +1,181 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Every way of installing the package gives the same: what pip, colcon and `ros2 run` look for."""
+from configparser import ConfigParser
+from email import message_from_bytes
+import os
+from pathlib import Path
+import re
+import shutil
+import subprocess
+import sys
+import tarfile
+import zipfile
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+VERSION = re.findall('<version>(.*)</version>', (ROOT / 'package.xml').read_text())[0]
+ON_THE_PATH = {'screw-kinematics', 'kinematic_state_publisher', 'joint_state_source'}
+TOOLS = {path.parent.name for path in (ROOT / 'screw_kinematics/tools').glob('*/main.py')}
+NOT_SHIPPED = shutil.ignore_patterns(
+    '.git', '.venv', 'build', 'dist', 'install', 'log', '*.egg-info', '__pycache__', '.*_cache',
+    '.hypothesis', '_build', '*.so', '.coverage')
+
+
+def run(*command, cwd, **environment):
+    """Run a command that must succeed, and return what it prints."""
+    path = f'{Path(sys.executable).parent}{os.pathsep}{os.environ["PATH"]}'
+    # This checkout must not stand in for what is installed.
+    inherited = {name: value for name, value in os.environ.items() if name != 'PYTHONPATH'}
+    done = subprocess.run([str(word) for word in command], cwd=cwd, capture_output=True, text=True,
+                          env={**inherited, 'PATH': path, **environment})
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+def names_in(folder):
+    """Return the files below a folder, by their paths in it."""
+    return {path.relative_to(folder).as_posix() for path in folder.rglob('*') if path.is_file()}
+
+
+@pytest.fixture(scope='module')
+def checkout(tmp_path_factory):
+    """Copy the sources as a clone has them."""
+    folder = tmp_path_factory.mktemp('sources') / 'screw_kinematics'
+    shutil.copytree(ROOT, folder, ignore=NOT_SHIPPED)
+    return folder
+
+
+@pytest.fixture(scope='module')
+def unpacked(checkout, tmp_path_factory):
+    """Make the source distribution and unpack it."""
+    folder = tmp_path_factory.mktemp('sdist')
+    run(sys.executable, 'setup.py', '-q', 'egg_info', '-e', folder, 'sdist', '-d', folder,
+        cwd=checkout)
+    with tarfile.open(next(folder.glob('*.tar.gz'))) as archive:
+        archive.extractall(folder)
+    return next(folder.glob(f'screw*{VERSION}'))
+
+
+@pytest.fixture(scope='module')
+def wheel(unpacked, tmp_path_factory):
+    """Make the wheel from the source distribution."""
+    pytest.importorskip('pip')
+    folder = tmp_path_factory.mktemp('wheel')
+    run(sys.executable, '-m', 'pip', 'wheel', '-q', '--no-deps', '--no-build-isolation', '-w',
+        folder, unpacked, cwd=folder)
+    return next(folder.glob('*.whl'))
+
+
+def test_the_source_distribution_holds_the_sources(checkout, unpacked):
+    assert names_in(checkout) - names_in(unpacked) <= {'.gitignore'}
+
+
+def test_the_tests_of_the_source_distribution_are_found(unpacked):
+    shown = run(sys.executable, '-m', 'pytest', '--collect-only', '-q', '-p', 'no:cacheprovider',
+                cwd=unpacked)
+    assert re.search(r'^\d+ tests collected', shown, re.MULTILINE), shown[-500:]
+
+
+def test_the_wheel_says_what_it_is(wheel):
+    with zipfile.ZipFile(wheel) as archive:
+        metadata = message_from_bytes(next(
+            archive.read(name) for name in archive.namelist() if name.endswith('/METADATA')))
+    assert metadata['Version'] == VERSION
+    assert metadata['Requires-Python'] == '>=3.10'
+    assert 'Apache-2.0' in (metadata['License'], metadata['License-Expression'])
+    assert {'ros', 'ros-kilted', 'test'} <= set(metadata.get_all('Provides-Extra'))
+    assert any(url.startswith('Repository, https://') for url in metadata.get_all('Project-URL'))
+    description = metadata.get_payload()
+    assert '![' in description
+    assert not re.findall(r'\]\((?!https?:|#)[^)]*\)', description)      # hold on an index page
+
+
+def test_the_wheel_puts_few_names_on_the_path(wheel):
+    with zipfile.ZipFile(wheel) as archive:
+        scripts = ConfigParser()
+        scripts.read_string(next(archive.read(name).decode() for name in archive.namelist()
+                                 if name.endswith('/entry_points.txt')))
+    assert set(scripts['console_scripts']) == ON_THE_PATH
+
+
+def test_the_wheel_works_where_it_is_installed(wheel, tmp_path):
+    run(sys.executable, '-m', 'pip', 'install', '-q', '--no-deps', '--target', tmp_path, wheel,
+        cwd=tmp_path)
+    assert {f'config/{name}' for name in names_in(ROOT / 'config')} \
+        <= names_in(tmp_path / 'share/screw_kinematics')
+    there = {'PYTHONPATH': str(tmp_path), 'AMENT_PREFIX_PATH': str(tmp_path)}
+    assert run(tmp_path / 'bin/screw-kinematics', '--version', cwd=tmp_path, **there) \
+        == f'screw-kinematics {VERSION}\n'
+    assert 'rpr' in run(sys.executable, '-m', 'screw_kinematics', 'check', 'model',
+                        'package://screw_kinematics/config/robots/rpr.yaml', cwd=tmp_path, **there)
+
+
+def test_what_an_older_build_left_is_not_installed(checkout, tmp_path):
+    package = tmp_path / 'screw_kinematics'
+    left = [package / 'gone.py', package / 'core/gone.cpython-310-x86_64-linux-gnu.so',
+            package / 'old/__init__.py']
+    kept = package / 'core/__init__.cpython-310-x86_64-linux-gnu.so'
+    for path in (*left, kept):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.touch()
+    run(sys.executable, 'setup.py', '-q', 'build_py', '-d', tmp_path, cwd=checkout)
+    assert not any(path.exists() for path in left)
+    assert kept.exists()        # compiled in a moment, if it is not up to date
+    assert (tmp_path / 'screw_kinematics/__init__.py').exists()
+
+
+def colcon():
+    """Return the command line of colcon, from this environment or the PATH."""
+    beside = Path(sys.executable).with_name('colcon')
+    found = str(beside) if beside.exists() else shutil.which('colcon')
+    if found is None:
+        pytest.skip('colcon is not installed')
+    return found
+
+
+@pytest.fixture(scope='module', params=[(), ('--symlink-install',)], ids=['copies', 'links'])
+def prefix(request, checkout, tmp_path_factory):
+    """Build the package into a fresh workspace and return its install prefix."""
+    workspace = tmp_path_factory.mktemp('workspace')
+    shutil.copytree(checkout, workspace / 'src' / 'screw_kinematics', ignore=NOT_SHIPPED)
+    run(colcon(), 'build', '--packages-select', 'screw_kinematics', *request.param, cwd=workspace)
+    return workspace / 'install' / 'screw_kinematics'
+
+
+def test_index_marker_leads_to_the_prefix(prefix):
+    marker = prefix / 'share/ament_index/resource_index/packages/screw_kinematics'
+    assert marker.is_file()
+    assert (prefix / 'share/screw_kinematics/package.xml').is_file()
+
+
+def test_exactly_one_executable_of_each_name(prefix):
+    """Find them as `ros2 run` does."""
+    for name in {*TOOLS, *ON_THE_PATH}:
+        found = [path for path in (prefix / 'lib/screw_kinematics').rglob(name)
+                 if path.is_file() and os.access(path, os.X_OK)]
+        assert len(found) == 1, name
+        assert found[0].read_text().startswith('#!')
+    assert not (prefix / 'bin').exists()
+
+
+def test_data_files_are_installed(prefix):
+    for folder in ('config', 'launch'):
+        assert names_in(prefix / 'share/screw_kinematics' / folder) == names_in(ROOT / folder)
+
+
+def test_executables_run_from_the_workspace(prefix):
+    run_in = f'source {prefix.parent}/setup.bash && {prefix}/lib/screw_kinematics/'
+    assert run('bash', '-c', f'{run_in}demo --version', cwd=prefix) \
+        == f'ros2 run screw_kinematics demo {VERSION}\n'
+    shown = run('bash', '-c', f'{run_in}check model '
+                'package://screw_kinematics/config/robots/puma560.yaml', cwd=prefix)
+    assert 'puma560' in shown
+
+
+def test_the_demo_runs_from_the_workspace(prefix):
+    pytest.importorskip('rclpy')
+    shown = run('bash', '-c', f'source {prefix.parent}/setup.bash && '
+                f'{prefix}/lib/screw_kinematics/demo --once', cwd=prefix)
+    assert 'motion of tool relative to base' in shown

@@ -1,0 +1,98 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The one command: names of tools, usage errors, completion by shells, arguments of ROS."""
+import os
+from pathlib import Path
+import subprocess
+import sys
+
+import pytest
+import screw_kinematics
+from screw_kinematics.node.main import main as node, without_ros_arguments
+from screw_kinematics.tools.console import command_of
+from screw_kinematics.tools.main import main, tool_names
+
+ROOT = Path(__file__).parents[2]
+
+
+def run(*words, **environment):
+    return subprocess.run([sys.executable, '-m', 'screw_kinematics', *words], cwd=ROOT, text=True,
+                          capture_output=True, env={**os.environ, **environment})
+
+
+@pytest.mark.parametrize('tool', [[], *([name] for name in tool_names())])
+def test_each_says_its_version(tool):
+    words = [*tool, '--version']
+    assert run(*words).stdout == \
+        f'{command_of(*tool, Path("x")) if tool else "screw-kinematics"} ' \
+        f'{screw_kinematics.__version__}\n'
+
+
+def test_the_node_says_its_version(capsys):
+    with pytest.raises(SystemExit) as ended:
+        node(['kinematic_state_publisher', '--version'])
+    assert ended.value.code == 0
+    assert capsys.readouterr().out.split()[1] == screw_kinematics.__version__
+
+
+@pytest.mark.parametrize('words, problem, example', [
+    ([], 'which tool? bag, check, demo', 'screw-kinematics demo --once'),
+    (['nope'], "invalid choice: 'nope'", 'screw-kinematics demo --once'),
+    (['plot'], 'required: KIND', 'screw-kinematics plot figure11'),
+    (['plot', 'screws'], 'required: robot', 'screw-kinematics plot screws config/'),
+    (['check', 'model'], 'required: robot', 'screw-kinematics check model '),
+    (['derive'], 'required: robot', 'screw-kinematics derive config/'),
+    (['demo', '--motion', 'x'], "invalid choice: 'x'", 'screw-kinematics demo'),
+])
+def test_usage_errors_are_one_line_with_an_example(capsys, words, problem, example):
+    with pytest.raises(SystemExit) as ended:
+        main(words)
+    assert ended.value.code == 2
+    error = capsys.readouterr().err
+    assert error.count('\n') == 1
+    assert problem in error and f'for example: {example}' in error
+
+
+@pytest.mark.parametrize('typed, wanted', [
+    ('screw-kinematics ', {'bag', 'check', 'demo', 'derive', 'plot', '--version'}),
+    ('screw-kinematics de', {'demo', 'derive'}),
+    ('screw-kinematics plot ', {'figure11', 'motion', 'recorded', 'screws'}),
+    ('screw-kinematics check bag --to', {'--topic'}),
+    ('screw-kinematics demo --motion ', {'paper', 'minjerk', 'multisine'}),
+])
+def test_a_shell_completes_names_and_options(tmp_path, typed, wanted):
+    answer = tmp_path / 'answer'
+    run(COMP_LINE=typed, COMP_POINT=str(len(typed)), _ARGCOMPLETE='1', _ARGCOMPLETE_IFS='\n',
+        _ARGCOMPLETE_SHELL='bash', _ARGCOMPLETE_STDOUT_FILENAME=str(answer))
+    assert wanted <= {word.strip() for word in answer.read_text().split('\n')}
+
+
+def test_the_text_for_a_shell_is_one_it_can_read():
+    text = run('--completion', 'bash').stdout
+    shell = subprocess.run(['bash', '-c', f'{text}\ncomplete -p screw-kinematics'],
+                           capture_output=True, text=True)
+    assert 'screw-kinematics' in shell.stdout, shell.stderr
+
+
+@pytest.mark.parametrize('program, command', [
+    ('/w/install/screw_kinematics/lib/screw_kinematics/bag', 'ros2 run screw_kinematics bag'),
+    ('/v/bin/screw-kinematics', 'screw-kinematics bag'),
+    ('/v/site-packages/screw_kinematics/__main__.py', 'screw-kinematics bag'),
+])
+def test_a_tool_is_called_what_the_user_typed(program, command):
+    assert command_of('bag', Path(program)) == command
+
+
+@pytest.mark.parametrize('given, own', [
+    (['--ros-args', '-r', '__node:=x'], []),
+    (['a', '--ros-args', '-p', 'use_sim_time:=true', '--', '--b'], ['a', '--b']),
+    (['a', '--ros-args', '--log-level', 'info', '--', 'b', '--ros-args', '-r', 'c:=d'],
+     ['a', 'b']),
+])
+def test_arguments_of_ros_are_left_to_ros(given, own):
+    assert without_ros_arguments(given) == own
+
+
+def test_a_tool_that_is_no_node_ignores_arguments_of_ros():
+    shown = run('check', 'model', 'config/robots/rpr.yaml', '--ros-args', '-r', '__ns:=/cell')
+    assert shown.returncode == 0 and 'rpr' in shown.stdout
