@@ -12,9 +12,12 @@ from functools import partial
 
 from rclpy.context import Context
 from rclpy.executors import Executor, ExternalShutdownException, SingleThreadedExecutor
+from rclpy.logging import get_logger
 from rclpy.task import Future
 
 from .stop_request import StopRequest
+
+NAME = 'kinematic_state_publisher'
 
 STEP = 1.0
 """Length of a step [s]: the longest delay of a signal while no callback runs. The node's own
@@ -34,21 +37,33 @@ def make_executor(kind: str, context: Context) -> Executor:
 
 
 def spin(executor: Executor, stop: StopRequest) -> None:
-    """Run callbacks until a stop is requested or the middleware is shut down."""
+    """
+    Run callbacks until a stop is requested or the middleware is shut down.
+
+    What comes out of a step is logged, and the next one begins: a message that the middleware
+    cannot read must not end the node.
+    """
     executor.context.on_shutdown(stop.make)
     # The events executor installs its own signal handlers when it is made.
     stop.take_signals()
-    try:
-        if isinstance(executor, SingleThreadedExecutor):
-            while not stop.made:
-                executor.spin_once(STEP)
-        else:
-            _spin_without_leaving(executor, stop)
-    except ExternalShutdownException:
-        pass
+    steps = _steps if isinstance(executor, SingleThreadedExecutor) else _long_steps
+    while not stop.made:
+        try:
+            steps(executor, stop)
+        except ExternalShutdownException:
+            break
+        except Exception as error:
+            problem = ' '.join(str(error).split()) or type(error).__name__
+            get_logger(NAME).error(f'passed over: {problem}', throttle_duration_sec=1.0)
+    stop.interrupt = None
 
 
-def _spin_without_leaving(executor: Executor, stop: StopRequest) -> None:
+def _steps(executor: Executor, stop: StopRequest) -> None:
+    while not stop.made:
+        executor.spin_once(STEP)
+
+
+def _long_steps(executor: Executor, stop: StopRequest) -> None:
     """Spin in steps of many events, which costs less than a step for each."""
     while not stop.made:
         end = Future()
@@ -56,4 +71,3 @@ def _spin_without_leaving(executor: Executor, stop: StopRequest) -> None:
         # executor sets it, as a signal may come in the middle of any work on the future.
         stop.interrupt = partial(executor.create_task, end.set_result, None)
         executor.spin_until_future_complete(end, STEP)
-    stop.interrupt = None

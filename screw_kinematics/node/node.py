@@ -21,6 +21,7 @@ from .diagnostics import Diagnostics
 from .grouping import by_topic
 from .joint_input import JointInput
 from .parameters import as_values, NodeParameters
+from .requests import answer_always
 from .robot import Robot
 from .worker import Background
 from ..errors import ParameterError, ScrewKinematicsError
@@ -76,6 +77,7 @@ class KinematicStatePublisher(LifecycleNode):
         settings = self._settings.node_settings()
         if settings.allow_remote_parameters:
             self._remote_parameters = ParameterService(self)
+        answer_always(self, self._possible_transitions)
         self._report = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
         self._jumps = self.get_clock().create_jump_callback(
             JumpThreshold(min_forward=None, min_backward=Duration(nanoseconds=-1)),
@@ -129,6 +131,9 @@ class KinematicStatePublisher(LifecycleNode):
         """Stop the background work too."""
         self._background.close()
         super().destroy_node()
+
+    def _possible_transitions(self) -> list[tuple[int, str]]:
+        return [(number, label) for number, label, *_ in self._state_machine.available_transitions]
 
     def _attempt(self, action: Callable[[], None], undo: Callable[[], None], state: str,
                  ) -> TransitionCallbackReturn:

@@ -1,0 +1,76 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""
+Answers to what other nodes ask for: whatever they send, there is one, and the node goes on.
+
+rclpy lets an exception of a service's callback end the process, and raises one itself where
+a transition is asked for that the present state does not have, or a value has no type.
+"""
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from lifecycle_msgs.srv import ChangeState
+from rcl_interfaces.msg import SetParametersResult
+from rcl_interfaces.srv import SetParameters, SetParametersAtomically
+from rclpy.node import Node
+
+Callback = Callable[[Any, Any], Any]
+
+
+def answer_always(node: Node, possible: Callable[[], Sequence[tuple[int, str]]]) -> None:
+    """
+    Answer every request of the services that the node has, and log why one is refused.
+
+    Parameters
+    ----------
+    node : rclpy.node.Node
+    possible : callable
+        Returns number and label of the transitions that the present state has.
+
+    """
+    for service in node.services:
+        service.callback = _answering(node, service.srv_type, service.callback)
+        if service.srv_type is ChangeState:
+            service.callback = _refusing_impossible(node, service.callback, possible)
+
+
+def _answering(node: Node, kind: Any, callback: Callback) -> Callback:
+    def answer(request: Any, response: Any) -> Any:
+        try:
+            return callback(request, response)
+        except Exception as error:
+            problem = ' '.join(str(error).split()) or type(error).__name__
+            node.get_logger().error(f'refused a request of {kind.__name__}: {problem}',
+                                    throttle_duration_sec=1.0)
+            return _failure(kind, request, problem)
+    return answer
+
+
+def _failure(kind: Any, request: Any, problem: str) -> Any:
+    """Return the response that says no: success is false, lists are empty, where a type has them."""
+    response = kind.Response()
+    result = SetParametersResult(successful=False, reason=problem)
+    if kind is SetParametersAtomically:
+        response.result = result
+    elif kind is SetParameters:
+        response.results = [result] * len(request.parameters)
+    return response
+
+
+def _refusing_impossible(node: Node, callback: Callback,
+                         possible: Callable[[], Sequence[tuple[int, str]]]) -> Callback:
+    def answer(request: Any, response: Any) -> Any:
+        asked = request.transition
+        present = possible()
+        # As rclpy has it, a label goes before a number.
+        if (asked.label not in dict(present).values() if asked.label
+                else asked.id not in dict(present)):
+            node.get_logger().error(
+                f'transition {asked.label or asked.id!r} is not possible while the node is '
+                f'{node.state}; possible: ' + ', '.join(f'{n} {text!r}' for n, text in present))
+            response.success = False
+            return response
+        return callback(request, response)
+    return answer
