@@ -26,6 +26,7 @@ def answer_always(node: Node, possible: Callable[[], Sequence[tuple[int, str]]])
     Parameters
     ----------
     node : rclpy.node.Node
+        Whose services they are.
     possible : callable
         Returns number and label of the transitions that the present state has.
 
@@ -49,7 +50,7 @@ def _answering(node: Node, kind: Any, callback: Callback) -> Callback:
 
 
 def _failure(kind: Any, request: Any, problem: str) -> Any:
-    """Return the response that says no: success is false, lists are empty, where a type has them."""
+    """Return the response that says no, in the words that its type has for it."""
     response = kind.Response()
     result = SetParametersResult(successful=False, reason=problem)
     if kind is SetParametersAtomically:
@@ -68,8 +69,8 @@ def _refusing_impossible(node: Node, callback: Callback,
         if (asked.label not in dict(present).values() if asked.label
                 else asked.id not in dict(present)):
             node.get_logger().error(
-                f'transition {asked.label or asked.id!r} is not possible while the node is '
-                f'{node.state}; possible: ' + ', '.join(f'{n} {text!r}' for n, text in present))
+                f'transition {asked.label or asked.id!r} is not possible now; '
+                'possible: ' + ', '.join(f'{n} {text!r}' for n, text in present))
             response.success = False
             return response
         return callback(request, response)

@@ -12,7 +12,6 @@ from rcl_interfaces.srv import (
     SetParametersAtomically)
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rosgraph_msgs.msg import Clock
-from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from support.rig import NODE, PUMA, running
 from type_description_interfaces.srv import GetTypeDescription
@@ -67,7 +66,7 @@ def test_transitions_that_are_not_possible_are_refused_and_told(context, tmp_pat
         assert not any(change(rig, deactivate, label) for label in ('configure', 'no such', 'ä'))
         assert state(rig) == 'active'
         log = rig.log.read_text()
-        assert ('transition 1 is not possible while the node is active; possible: '
+        assert ('transition 1 is not possible now; possible: '
                 "4 'deactivate', 7 'shutdown'") in log
         assert "transition 'no such' is not possible" in log
         # What is possible still is.
