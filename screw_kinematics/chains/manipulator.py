@@ -55,6 +55,10 @@ class Manipulator(ABC):
     def state(self, q: Any, *derivatives: Any) -> BodyState:
         """Return pose and reduced states of the tip."""
 
+    @abstractmethod
+    def skeleton(self, q: Any) -> tuple[Array, ...]:
+        """Return lines of points to draw the links through, shape (..., points, 3) each."""
+
     def coriolis_lie(self, q: Any, qd: Any, pole: str | Array = 'tip',
                      axes: str = 'base') -> Array:
         """

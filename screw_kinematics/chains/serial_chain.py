@@ -15,7 +15,7 @@ from .posture import Posture
 from ..screws.body_state import BodyState
 from ..screws.reference import check_axes, resolve_pole
 from ..screws.rigid import rigid_displacement
-from ..screws.se3 import Array, rotate
+from ..screws.se3 import Array, dot, rotate
 from ..screws.states import chain_states, link_states
 
 if TYPE_CHECKING:
@@ -153,6 +153,39 @@ class SerialChain(Manipulator):
 
         """
         return Posture(self.joints, self.T_base_tool, self.joint_values(q))
+
+    def skeleton(self, q: Any) -> tuple[Array, ...]:
+        """
+        Return points to draw the links through, in base axes [m].
+
+        Parameters
+        ----------
+        q : array, shape (..., dof)
+            Positions of the measured joints [rad, m].
+
+        Returns
+        -------
+        tuple of one array, shape (..., number of joints + 2, 3)
+            The base frame's origin; on each joint's axis the point nearest to the point
+            before; the tip. Of a prismatic joint: the point before.
+
+        Examples
+        --------
+        >>> elbow = SerialChain([Joint('q1', 'revolute', (0, 0, 1), (1, 0, 0))],
+        ...                     [[1, 0, 0, 2], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]])
+        >>> elbow.skeleton([np.pi / 2])[0].round(6).tolist()
+        [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0]]
+
+        """
+        posture = self.posture(q)
+        tip = posture.pose[..., :3, 3]
+        line = [np.zeros_like(tip)]
+        for joint, axis, point in zip(self.joints, posture.axes, posture.points):
+            before = line[-1]
+            along = dot(axis, before - point)[..., None] * axis
+            line.append(before if joint.kind == 'prismatic'
+                        else np.broadcast_to(point + along, tip.shape))
+        return (np.stack([*line, tip], axis=-2),)
 
     def screws(self, q: Any, pole: str | Array = 'tip') -> Array:
         """

@@ -14,7 +14,7 @@ from .urdf import load_urdf
 from .uri import local_path
 from .xacro_file import expand, split_arguments
 from ..chains.serial_chain import SerialChain
-from ..errors import MissingExtraError, ModelError
+from ..errors import ModelError
 from ..parallel import ParallelManipulator
 
 ENDINGS = ('.yaml', '.yml', '.urdf', '.xacro')

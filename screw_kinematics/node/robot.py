@@ -173,6 +173,8 @@ class Robot:
             and continuous_joints(model) == continuous_joints(self.model))
         self.model = model
         self.model_error = ''
+        for warning in model.warnings:
+            self._log.warning(f'{self.name}: {warning}')
         if not same:
             self.topics.use_only(())
             self.pipeline = RobotPipeline(

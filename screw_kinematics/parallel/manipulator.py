@@ -432,6 +432,30 @@ class ParallelManipulator(Manipulator):
         """
         return dict(zip(self._limbs.names, self._limbs.points(posture.joints)))
 
+    def skeleton(self, q: Any) -> tuple[Array, ...]:
+        """
+        Return points to draw each limb through, in base axes [m].
+
+        Parameters
+        ----------
+        q : array, shape (..., dof)
+            Positions of the actuated joints [rad, m]; of many samples each starts from the
+            one before.
+
+        Returns
+        -------
+        tuple of array, shape (..., joints + 1, 3)
+            One for each limb: a point on each joint's axis, then the platform frame's origin.
+
+        """
+        (q,) = self._motion(q, ())
+        samples, start = [], self.home
+        for sample in q.reshape(-1, self.dof):
+            start = self.posture(sample, start)
+            samples.append(list(self.points(start).values()))
+        return tuple(np.array(limb).reshape(q.shape[:-1] + limb[0].shape)
+                     for limb in zip(*samples))
+
     def compile(self, outputs: Iterable[str] = ('pose', 'twist', 'accel'),    # noqa: A003
                 axes: str = 'base', pole: str = 'tip') -> ParallelProgram:
         """

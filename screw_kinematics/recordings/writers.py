@@ -79,6 +79,9 @@ class BagWriter:
         base = settings.frame_prefix + model.base_frame
         tip = settings.frame_prefix + model.tip_frame
         frames = Frames(base, tip, tip if settings.expressed_in == 'tip' else base)
+        # The messages name the base only.
+        topics = full_name(self._namespace, settings.name).lstrip('/')
+        self._writer.set_custom_data(f'{topics}.tip_frame', tip)
         return [make_send(output, self._publisher(settings.name, output), robot.program.slices,
                           frames, lambda derivative: ()) for output in robot.outputs]
 

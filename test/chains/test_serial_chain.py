@@ -213,3 +213,24 @@ def test_velocity_limits_are_those_of_the_measured_joints():
     assert chain.velocity_limits.tolist() == [2.0, np.inf]
     with pytest.raises(InvalidValueError, match="joint 'a': velocity_limit must be positive"):
         Joint('a', 'revolute', (0, 0, 1), velocity_limit=0.0)
+
+
+@pytest.mark.parametrize('seed', range(6))
+def test_the_skeleton_goes_through_the_joint_axes_to_the_tip(seed):
+    """Each point is on its joint's axis, nearest to the one before; batches broadcast."""
+    chain = robots.random_chain(seed, joints=5)
+    batch = np.random.default_rng(seed).normal(size=(3, chain.dof))
+    line, = chain.skeleton(batch)
+    assert line.shape == (3, len(chain.joints) + 2, 3)
+    np.testing.assert_array_equal(line[:, 0], 0)
+    np.testing.assert_allclose(line[:, -1], chain.pose(batch)[:, :3, 3], rtol=1e-12)
+    for i, joint in enumerate(chain.joints):
+        screws = chain.screws(batch, pole='base')[:, i]
+        step = line[:, i + 1] - line[:, i]
+        if joint.kind == 'prismatic':
+            np.testing.assert_array_equal(step, 0)
+        else:
+            moment = screws[:, 3:] - joint.pitch * screws[:, :3]
+            np.testing.assert_allclose(np.cross(line[:, i + 1], screws[:, :3]), moment,
+                                       atol=1e-12)
+            np.testing.assert_allclose((step * screws[:, :3]).sum(axis=1), 0, atol=1e-12)

@@ -107,7 +107,7 @@ def test_known_tags_are_passed_over_in_silence():
 
 
 @pytest.mark.parametrize('element, kind', [
-    ('<xacro:sensor_d435 parent="b"/>', 'macro'), ('<xacro:property name="x" value="1"/>', 'macro'),
+    ('<xacro:sensor_d435 parent="b"/>', 'macro'), ('<xacro:property name="x"/>', 'macro'),
     ('<lidar><child/></lidar>', 'unknown'), ('<x:include file="y"/>', 'macro')])
 def test_what_is_left_beside_sound_joints_is_a_warning_with_its_place(element, kind):
     text = robot('a b', joint('j', 'a', 'b')).replace(
@@ -206,7 +206,8 @@ def test_of_several_leaves_only_one_tool0_is_taken(leaves, tip):
     text = robot(f'a b {leaves}', joint('j', 'a', 'b'), *(
         joint(f'to_{leaf}', 'b', leaf, 'fixed') for leaf in leaves.split()))
     if tip is None:
-        with pytest.raises(ModelError, match=f"several leaf links.*; likely '{leaves.split()[0]}'"):
+        first = leaves.split()[0]
+        with pytest.raises(ModelError, match=f"several leaf links.*; likely '{first}'"):
             models.load_urdf(text)
     else:
         chain = models.load_urdf(text)

@@ -129,3 +129,14 @@ def test_elimination_solves_the_whole_system(name, seed):
                           if actuated[i]))
     whole = np.linalg.lstsq(np.vstack(rows), np.concatenate(right), rcond=1e-9)[0]
     np.testing.assert_allclose(np.concatenate([passive, twist]), whole, atol=1e-11)
+
+
+def test_the_skeleton_of_a_parallel_robot_is_a_line_for_each_limb():
+    delta = load('delta')
+    path = np.linspace(0.0, 0.3, 4)[:, None] * np.array([1.0, 0.5, -0.2])
+    lines = delta.skeleton(path)
+    assert [line.shape[0] for line in lines] == [4, 4, 4] and len(lines) == 3
+    points = delta.points(delta.posture(path[3]))
+    for line, limb in zip(lines, points.values()):
+        np.testing.assert_allclose(line[3], limb, rtol=0, atol=1e-9)
+        np.testing.assert_allclose(line[:, -1], delta.state(path).pose[:, :3, 3], atol=1e-9)

@@ -8,15 +8,20 @@ import numpy as np
 import pytest
 
 pytest.importorskip('matplotlib').use('agg')
+pytest.importorskip('rosbags')
 
-from screw_kinematics import models    # noqa: E402
+from matplotlib import pyplot    # noqa: E402
+
+from screw_kinematics import Joint, models, SerialChain    # noqa: E402
 from screw_kinematics.recordings.history import QUANTITIES    # noqa: E402
 from screw_kinematics.tools import robot_options    # noqa: E402
+from screw_kinematics.tools.bag import main as bag_tool    # noqa: E402
 from screw_kinematics.tools.plot import main as plot    # noqa: E402
 from screw_kinematics.tools.plot.figure11 import draw_figure11    # noqa: E402
 from screw_kinematics.tools.plot.histories import draw_history, motion_history    # noqa: E402
-from screw_kinematics.tools.plot.limbs import draw_limbs    # noqa: E402
-from screw_kinematics.tools.plot.screws import draw_screws    # noqa: E402
+from screw_kinematics.tools.plot.space import draw_space    # noqa: E402
+
+from support import recordings    # noqa: E402
 
 ROBOTS = Path(__file__).parents[2] / 'config' / 'robots'
 
@@ -53,7 +58,7 @@ def test_each_drawn_order_is_the_derivative_of_the_one_before():
 def test_screw_axis_in_the_picture_moves_along_itself_only(robot):
     robot = models.load(ROBOTS / f'{robot}.yaml')
     q, qd = robot_options.motion(robot, 'paper').derivatives(1.0, 1)
-    space, = draw_screws(robot, q, qd).axes
+    space, = draw_space(robot, q, qd).axes
     arrow, = [c for c in space.collections if c.get_label() == 'instantaneous screw axis']
     # The shaft of the arrow: begin and end of the first segment.
     begin, end = np.array(arrow._segments3d[0])
@@ -62,10 +67,51 @@ def test_screw_axis_in_the_picture_moves_along_itself_only(robot):
     np.testing.assert_allclose(np.cross(state.velocity[:3], end - begin), 0, atol=1e-12)
 
 
+@pytest.mark.parametrize('distance', [0.4, 4.0])
+def test_a_far_screw_axis_is_drawn_whole(distance):
+    """A slide that turns a little: the axis is v / w away, and in the picture."""
+    robot = SerialChain([Joint('turn', 'revolute', (0, 0, 1)), Joint('slide', 'prismatic',
+                                                                     (1, 0, 0))], np.eye(4))
+    space, = draw_space(robot, np.array([0.0, 0.5]), np.array([1.0, distance])).axes
+    arrow, = [c for c in space.collections if c.get_label() == 'instantaneous screw axis']
+    begin, end = np.array(arrow._segments3d[0])
+    # v = (d, 0.5, 0) at (0.5, 0, 0), so the axis is parallel to z through (0, d, 0).
+    np.testing.assert_allclose([begin[:2], end[:2]], [[0, distance], [0, distance]], atol=1e-12)
+    assert space.get_xlim()[0] <= 0 and 0.5 <= space.get_xlim()[1]
+    assert space.get_ylim()[0] <= 0 and distance <= space.get_ylim()[1]
+    dashed = [line.get_label() for line in space.lines if 'to the screw' in line.get_label()]
+    assert (dashed == ['to the screw axis, 4.03 m from the tip']) == (distance == 4.0)
+
+
+def test_an_axis_out_of_all_proportion_is_told_of():
+    robot = SerialChain([Joint('turn', 'revolute', (0, 0, 1)), Joint('slide', 'prismatic',
+                                                                     (1, 0, 0))], np.eye(4))
+    space, = draw_space(robot, np.array([0.0, 0.5]), np.array([0.01, 9.0])).axes
+    assert 'instantaneous screw axis' not in [c.get_label() for c in space.collections]
+    assert 'to the screw axis, 900 m from the tip' in [line.get_label() for line in space.lines]
+    assert np.ptp(space.get_xlim()) < 2
+
+
+def test_recorded_states_name_their_frames_whatever_they_are_kept_in(tmp_path):
+    """The bag that the tool bag writes by default, and tables; Parquet keeps the names."""
+    bag = recordings.write_bag(tmp_path / 'run', recordings.samples(400))
+    titles, drawn = set(), []
+    for name in ('states', 'states.parquet'):
+        output = str(tmp_path / name)
+        assert bag_tool.main([str(bag), '--robot', robot_options.PUMA, '--output', output]) == 0
+        assert plot.main(['recorded', output, '--output', f'{output}.png']) == 0
+        figure = pyplot.gcf()
+        titles.add(figure.get_suptitle())
+        drawn.append([line.get_ydata() for axis in figure.axes for line in axis.lines])
+    assert titles == {'robot: motion of tool relative to base\n'
+                      'axes of base, reference point: origin of tool'}
+    np.testing.assert_allclose(*drawn, rtol=1e-12)
+
+
 def test_forces_of_legs_are_drawn_along_them():
     stewart = models.load(ROBOTS / 'stewart_6ups.yaml')
     q, qd = robot_options.motion(stewart, 'paper').derivatives(1.0, 1)
-    space, = draw_limbs(stewart, q, qd).axes
+    space, = draw_space(stewart, q, qd).axes
     arrows = [np.array(c._segments3d[0]) for c in space.collections if c.get_linestyle()[0][1]]
     legs = stewart.points(stewart.posture(q)).values()
     assert len(arrows) == len(legs) == 6
@@ -94,11 +140,22 @@ def test_commands(tmp_path, arguments):
     assert (tmp_path / 'picture.png').stat().st_size > 10_000
 
 
+def test_nothing_is_overwritten_unless_told(tmp_path, capsys):
+    output = tmp_path / 'picture.png'
+    output.write_text('mine')
+    assert plot.main(['figure11', '--output', str(output)]) == 2
+    assert 'picture.png exists already; choose another output, or --force' in (
+        capsys.readouterr().err)
+    assert output.read_text() == 'mine'
+    assert plot.main(['figure11', '--output', str(output), '--force']) == 0
+    assert output.read_bytes().startswith(b'\x89PNG')
+
+
 @pytest.mark.parametrize('arguments, message', [
     (['motion', 'no.yaml'], 'no.yaml'),
     (['motion', str(ROBOTS / 'rpr.yaml'), '--quantities', 'speed'], "unknown quantity 'speed'"),
     (['screws', str(ROBOTS / 'rpr.yaml'), '--q', '1,2'], r'q: expected shape \(3,\)'),
-    (['recorded', 'states.txt'], 'states.txt: allowed: a file ending in .csv or .parquet'),
+    (['recorded', 'states.txt'], 'states.txt: no bag there; allowed: a directory with'),
     (['figure11', '--output', 'figure11.bmp'], "'figure11.bmp'; allowed: .*.svg"),
 ])
 def test_errors_are_one_line_and_exit_code_2(capsys, arguments, message):

@@ -12,20 +12,20 @@ import numpy as np
 
 from .figure11 import draw_figure11
 from .histories import draw_history, motion_history, pyplot
-from .limbs import draw_limbs
-from .screws import draw_screws
+from .space import draw_space
 from .. import console, robot_options
 from ..reference_motions import MOTIONS
-from ...errors import ParameterError, ShapeError
-from ...parallel import ParallelManipulator
+from ...errors import ParameterError, ShapeError, ToolError
 from ...recordings.history import History, QUANTITIES
-from ...recordings.tables import read_history
+from ...recordings.recorded_states import read_bag_histories
+from ...recordings.tables import ENDINGS as TABLES, read_history
 
 EXAMPLES = """\
   plot figure11 --output figure11.svg
   plot motion config/robots/puma560.yaml --quantities twist,accel,jerk
   plot motion panda.urdf --tip panda_hand_tcp --motion minjerk --output panda.png
   plot recorded states.parquet --quantities accel --from 2 --to 4
+  plot recorded states --quantities twist       the bag that the tool bag writes
   plot recorded causal.csv smoothed.csv --quantities accel --output compared.pdf
   plot screws config/robots/puma560.yaml --output screws.png
   plot screws config/robots/rpr.yaml --q 0.5,0.3,-0.2 --qd 1,0.1,0.5
@@ -47,9 +47,10 @@ def main(argv: Sequence[str] | None = None) -> int:
                         help='default: 2 pi')
     motion.set_defaults(draw=_draw_motion)
 
-    recorded = kinds.add_parser('recorded', help='states out of files written by the tool bag')
+    recorded = kinds.add_parser('recorded', help='states out of a bag or a table')
     recorded.add_argument('files', nargs='+', type=Path, metavar='FILE',
-                          help='.csv or .parquet; further ones are drawn over the first')
+                          help='a bag, .csv or .parquet; further ones are drawn over the '
+                               'first')
     recorded.add_argument('--from', dest='begin', type=float, metavar='SECONDS', default=0.0,
                           help='leave out what was before (default: 0)')
     recorded.add_argument('--to', dest='end', type=float, metavar='SECONDS',
@@ -71,6 +72,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     for kind in (figure11, motion, recorded, screws):
         kind.add_argument('--output', type=Path, metavar='FILE',
                           help=f'{", ".join(ENDINGS)} (default: a window)')
+        kind.add_argument('--force', action='store_true', help='overwrite what is there')
     return console.run(_plot, options, argv)
 
 
@@ -80,6 +82,8 @@ def _plot(arguments: argparse.Namespace) -> int:
     if output is not None:
         if output.suffix not in ENDINGS:
             raise ParameterError('output', str(output), f'a file ending in {", ".join(ENDINGS)}')
+        if output.exists() and not arguments.force:
+            raise ToolError(f'{output} exists already; choose another output, or --force')
         plt.switch_backend('agg')
     figure = arguments.draw(arguments)
     if output is not None:
@@ -102,7 +106,8 @@ def _draw_motion(arguments: argparse.Namespace) -> Any:
 
 
 def _draw_recorded(arguments: argparse.Namespace) -> Any:
-    histories = [read_history(file, arguments.quantities) for file in arguments.files]
+    histories = [history for file in arguments.files
+                 for history in _histories(file, arguments.quantities)]
     start = histories[0].start
     cut = []
     for history in histories:
@@ -112,6 +117,12 @@ def _draw_recorded(arguments: argparse.Namespace) -> Any:
         cut.append(History(history.name, history.base_frame, history.tip_frame, time[kept],
                            {key: x[kept] for key, x in history.values.items()}))
     return draw_history(cut, arguments.mm)
+
+
+def _histories(file: Path, quantities: Sequence[str]) -> list[History]:
+    if file.suffix in TABLES:
+        return [read_history(file, quantities)]
+    return read_bag_histories(file, quantities)
 
 
 def _draw_screws(arguments: argparse.Namespace) -> Any:
@@ -124,8 +135,7 @@ def _draw_screws(arguments: argparse.Namespace) -> Any:
             raise ShapeError(name, f'({robot.dof},), for {", ".join(robot.joint_names)}',
                              value.shape)
         given.append(value)
-    draw = draw_limbs if isinstance(robot, ParallelManipulator) else draw_screws
-    return draw(robot, *given)
+    return draw_space(robot, *given)
 
 
 def _words(text: str) -> list[str]:

@@ -1,0 +1,95 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""States out of bags: what the node published, or the tool bag wrote, as histories."""
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Sequence
+from pathlib import Path
+from struct import unpack_from
+
+import numpy as np
+import yaml
+
+from .history import History
+from .recording import Recording
+from ..errors import ToolError, UnknownNameError
+from ..messages.state_messages import read_states
+from ..pipeline.outputs import KINDS, RECORDED
+from ..screws.rotations import pose, rotation_from_quaternion
+from ..screws.se3 import Array
+
+
+def read_bag_histories(path: Path, quantities: Sequence[str]) -> list[History]:
+    """
+    Return the states in a bag, a history for each robot.
+
+    Parameters
+    ----------
+    path : path
+        A bag, or one of its files.
+    quantities : sequence of str
+        What to read; a robot of which one is missing is left out.
+
+    Raises
+    ------
+    UnknownNameError
+        No robot in the bag has all of the quantities.
+    ToolError
+        There are no states, or no bag.
+
+    """
+    robots: dict[str, dict[str, list[bytes]]] = defaultdict(lambda: defaultdict(list))
+    for message in Recording(path).messages({KINDS[output].type_name for output in RECORDED}):
+        robot, _, output = message.topic.lstrip('/').rpartition('/')
+        if output in RECORDED:
+            robots[robot][output].append(message.data)
+    if not robots:
+        raise ToolError(f'{path}: no states of the node in it; allowed: a bag with its topics, '
+                        'or one written by the tool bag')
+    whole = {robot: outputs for robot, outputs in robots.items()
+             if all(quantity in outputs for quantity in quantities)}
+    if not whole:
+        robot, outputs = next(iter(robots.items()))
+        missing = next(quantity for quantity in quantities if quantity not in outputs)
+        raise UnknownNameError(f'quantity of {robot} in {path}', missing, outputs)
+    tips = _tip_frames(path)
+    return [_history(robot, {q: outputs[q] for q in quantities}, tips.get(robot, 'tip'))
+            for robot, outputs in whole.items()]
+
+
+def _history(robot: str, messages: dict[str, list[bytes]], tip_frame: str) -> History:
+    stamps, blocks = {}, {}
+    for quantity, data in messages.items():
+        stamps[quantity], blocks[quantity] = read_states(
+            KINDS[quantity].type_name, RECORDED[quantity], data)
+    common: Array = next(iter(stamps.values()))
+    for other in stamps.values():
+        common = np.intersect1d(common, other)
+    if not len(common):
+        raise ToolError(f'{robot}: no instant has all of {", ".join(messages)}')
+    values = {}
+    for quantity, block in blocks.items():
+        rows = block[np.searchsorted(stamps[quantity], common)]
+        values[quantity] = rows if quantity != 'pose' else pose(
+            rotation_from_quaternion(rows[:, 3:]), rows[:, :3])
+    frame = _frame_id(next(iter(messages.values()))[0])
+    return History(robot, frame, tip_frame, (common - common[0]) * 1e-9, values, int(common[0]))
+
+
+def _frame_id(message: bytes) -> str:
+    """Return the frame of a stamped message in plain little-endian CDR."""
+    length, = unpack_from('<I', message, 12)
+    return message[16:16 + length - 1].decode(errors='replace')
+
+
+def _tip_frames(path: Path) -> dict[str, str]:
+    """Return the tip frames that the tool bag wrote down, by robot."""
+    file = path / 'metadata.yaml'
+    if not file.is_file():
+        return {}
+    information = yaml.safe_load(file.read_text()).get('rosbag2_bagfile_information', {})
+    custom = information.get('custom_data') or {}
+    ending = '.tip_frame'
+    return {key.removesuffix(ending): value for key, value in custom.items()
+            if key.endswith(ending)}
