@@ -12,7 +12,6 @@ import numpy as np
 from rich.table import Table
 
 from screw_kinematics.motion import MotionEstimator
-from screw_kinematics.motion.compiled import load
 from screw_kinematics.pipeline.group_motion import GroupMotion, MotionSettings
 
 PERIOD = 1e-3
@@ -59,16 +58,12 @@ def samples(joints: int, count: int) -> list[tuple[float, list[float], list[floa
     return list(zip(t.tolist(), q.tolist(), v.tolist()))
 
 
-def measure(joints: int, delay: float, velocity: bool, compiled: bool, chunks: int,
+def measure(joints: int, delay: float, velocity: bool, chunks: int,
             node: bool = False) -> Cost:
     """Return what an update, or a sample in the node, costs once the gains have converged."""
     group = GroupMotion(MotionSettings(delay=delay), [False] * joints)
     estimator = group.estimator if node else MotionEstimator(joints, delay)
     assert isinstance(estimator, MotionEstimator)
-    if compiled:
-        estimator.warm_up()
-    else:
-        estimator._use(None)
     recording: list[tuple] = list(samples(joints, SETTLE + chunks * CHUNK))
     update: Callable = estimator.update
     if node:
@@ -91,15 +86,12 @@ def measure(joints: int, delay: float, velocity: bool, compiled: bool, chunks: i
 def table(chunks: int = 60) -> Table:
     """Measure all cases; return them as a table."""
     shown = Table(title='one update at 1 kHz, regular stamps (CPU time, fastest tenth of runs)')
-    for heading in ('joints', 'samples', 'with', 'update us', '/ np.add', 'in the node us',
-                    '/ np.add', 'np.add us'):
-        shown.add_column(heading, justify='left' if heading in ('samples', 'with') else 'right')
+    for heading in ('joints', 'samples', 'update us', '/ np.add', 'in the node us', '/ np.add',
+                    'np.add us'):
+        shown.add_column(heading, justify='left' if heading == 'samples' else 'right')
     for name, joints, delay, velocity in CASES:
-        for compiled in (False, True) if load() is not None else (False,):
-            cost, within = (measure(joints, delay, velocity, compiled, chunks, node)
-                            for node in (False, True))
-            shown.add_row(
-                str(joints), name, 'Numba' if compiled else 'NumPy', f'{cost.update:.1f}',
-                f'{cost.ratio:.0f}', f'{within.update:.1f}', f'{within.ratio:.0f}',
-                f'{cost.add:.2f}')
+        cost, within = (measure(joints, delay, velocity, chunks, node) for node in (False, True))
+        shown.add_row(
+            str(joints), name, f'{cost.update:.1f}', f'{cost.ratio:.0f}', f'{within.update:.1f}',
+            f'{within.ratio:.0f}', f'{cost.add:.2f}')
     return shown

@@ -2,16 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """Joint samples in, joint motion out: position, velocity, acceleration, jerk."""
 
-from .estimator import FixedKalmanFilter, MotionEstimator
+from .baselines import FiniteDifferences, FixedKalmanFilter, SavitzkyGolay
+from .estimator import MotionEstimator
 from .factory import ESTIMATORS, make_estimator
-from .finite_differences import FiniteDifferences
-from .guarded_estimator import GuardedEstimator
-from .joint_motion import JointMotion, RateEstimator
-from .savitzky_golay import SavitzkyGolay
+from .joint_estimator import JointEstimator
+from .joint_motion import JointMotion
 from .smoother import smooth, SmoothedMotion
 
 __all__ = [
-    'ESTIMATORS', 'FiniteDifferences', 'FixedKalmanFilter', 'GuardedEstimator', 'JointMotion',
-    'MotionEstimator', 'RateEstimator', 'SavitzkyGolay', 'SmoothedMotion',
-    'make_estimator', 'smooth',
+    'ESTIMATORS', 'FiniteDifferences', 'FixedKalmanFilter', 'JointEstimator', 'JointMotion',
+    'MotionEstimator', 'SavitzkyGolay', 'SmoothedMotion', 'make_estimator', 'smooth',
 ]

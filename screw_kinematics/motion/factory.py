@@ -6,13 +6,12 @@ from __future__ import annotations
 
 from typing import Any
 
-from .estimator import FixedKalmanFilter, MotionEstimator
-from .finite_differences import FiniteDifferences
-from .guarded_estimator import GuardedEstimator
-from .savitzky_golay import SavitzkyGolay
+from .baselines import FiniteDifferences, FixedKalmanFilter, SavitzkyGolay
+from .estimator import MotionEstimator
+from .joint_estimator import JointEstimator
 from ..errors import UnknownNameError
 
-ESTIMATORS: dict[str, type[GuardedEstimator]] = {
+ESTIMATORS: dict[str, type[JointEstimator]] = {
     'bank': MotionEstimator,
     'kalman': FixedKalmanFilter,
     'savitzky_golay': SavitzkyGolay,
@@ -20,7 +19,7 @@ ESTIMATORS: dict[str, type[GuardedEstimator]] = {
 }
 
 
-def make_estimator(kind: str, n_joints: int, **settings: Any) -> GuardedEstimator:
+def make_estimator(kind: str, n_joints: int, **settings: Any) -> JointEstimator:
     """
     Return a new estimator.
 

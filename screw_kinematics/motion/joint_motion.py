@@ -1,51 +1,68 @@
 # Copyright screw_kinematics contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What every estimator of joint rates returns, and the protocol it obeys."""
+"""What every estimator of joint rates returns."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Protocol, Union
+from collections.abc import Callable, Sequence
+from typing import Union
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
-CovarianceSource = Union[Array, Callable[[], Array], None]
+CovarianceSource = Union[Callable[[], Array], None]
 
 
 class JointMotion:
     """
-    Motion of `n` joints at one instant: position and its first three derivatives.
+    Motion of n joints at one instant: position and its first three derivatives.
 
-    Read-only. The covariance is computed when it is first asked for, so that a consumer who does
-    not need it does not pay for it.
+    Read-only. Arrays are made when they are first asked for, so that nobody pays for what is not
+    needed.
 
     Parameters
     ----------
     stamp:
         The instant the values describe, in s, in the time base of the samples.
-    state: shape (4, n)
-        Rows: position (rad or m), velocity, acceleration, jerk (per s, s^2, s^3).
+    values: length 4 n
+        Positions (rad or m), then velocities, accelerations, jerks (per s, s^2, s^3).
     covariance:
-        Array of shape (n, 4, 4) or a function without arguments that returns it; ``None`` when
-        the estimator has no notion of it (the covariance is then NaN).
+        A function without arguments that returns it, shape (n, 4, 4); None where it is not known
+        (the covariance is then NaN).
+
+    Attributes
+    ----------
+    stamp, values
+        As given.
+    stamp_ns:
+        The instant in ns, where the estimator was given ns; else 0.
 
     Examples
     --------
-    >>> motion = JointMotion(1.5, np.array([[0.1], [0.2], [0.3], [0.0]]))
+    >>> motion = JointMotion(1.5, [0.1, 0.2, 0.3, 0.0])
     >>> motion.velocity
     array([0.2])
 
     """
 
-    __slots__ = ('_covariance', 'state', 'stamp')
+    __slots__ = ('_covariance', '_state', 'stamp', 'stamp_ns', 'values')
 
-    def __init__(self, stamp: float, state: Array, covariance: CovarianceSource = None) -> None:
-        state.setflags(write=False)
+    def __init__(self, stamp: float, values: Sequence[float],
+                 covariance: CovarianceSource = None) -> None:
         self.stamp = stamp
-        self.state = state
-        self._covariance = covariance
+        self.stamp_ns = 0
+        self.values = values
+        self._state: Array | None = None
+        self._covariance: CovarianceSource | Array = covariance
+
+    @property
+    def state(self) -> Array:
+        """Return the values, shape (4, n): rows are position and its derivatives."""
+        if self._state is None:
+            self._state = np.array(self.values).reshape(4, -1)
+            self._state.flags.writeable = False
+        return self._state
 
     @property
     def position(self) -> Array:
@@ -71,41 +88,13 @@ class JointMotion:
     def covariance(self) -> Array:
         """Covariance of (q, q', q'', q''') of each joint, shape (n, 4, 4), units of the rows."""
         covariance = self._covariance
-        if covariance is None:
-            covariance = np.full((self.state.shape[1], 4, 4), np.nan)
-        elif not isinstance(covariance, np.ndarray):
-            covariance = covariance()
-        covariance.flags.writeable = False
-        self._covariance = covariance
+        if not isinstance(covariance, np.ndarray):
+            covariance = (np.full((len(self.values) // 4, 4, 4), np.nan) if covariance is None
+                          else covariance())
+            covariance.flags.writeable = False
+            self._covariance = covariance
         return covariance
 
     def __repr__(self) -> str:
         """Show the stamp and the rows."""
         return f'JointMotion(stamp={self.stamp!r}, state={self.state!r})'
-
-
-class RateEstimator(Protocol):
-    """Anything that turns joint samples into joint motion, one sample at a time."""
-
-    def update(
-        self, stamp: float, position: ArrayLike, velocity: ArrayLike | None = None
-    ) -> JointMotion | None:
-        """
-        Take one sample; return the motion it leads to, or ``None``.
-
-        Parameters
-        ----------
-        stamp:
-            Time of the sample, s. Subtract a start time in integer nanoseconds first: a float
-            that counts from 1970 resolves only 0.24 us.
-        position: shape (n,)
-            Measured positions, rad or m.
-        velocity: shape (n,)
-            Measured velocities, rad/s or m/s; NaN or ``None`` where not measured.
-
-        """
-        ...
-
-    def reset(self) -> None:
-        """Forget every sample."""
-        ...

@@ -4,26 +4,38 @@
 
 from __future__ import annotations
 
+from array import array
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from .guard import REFUSED, SampleGuard, START
-from .interval_smoother import smooth_batch
+from .device_clock import DeviceClock
+from .divided_differences import roughness
+from .estimator import MotionEstimator
 from .joint_motion import Array
-from .sampling_clock import SamplingClock
-from .velocity_trust import VelocityTrust
-from ..errors import InvalidValueError, ShapeError
+from .smoothed_velocity import fused
+from ..core.interval_smoother import IntervalSmoother
+from ..errors import InvalidValueError, Reason, ShapeError
 
-OVERLAP = 0.4
-"""How far a piece of a long run reaches into its neighbours, s; the filters remember less."""
+BANDWIDTHS = tuple(0.1 * 1.8**k for k in range(14))
+"""Bandwidths of the filters, Hz."""
 
-CORE = 1200
-"""Samples of a piece without its overlaps."""
+WIDE = 1.0
+"""Handicap of wide filters: what predicts best is too wide to smooth with."""
 
-BATCH = 24
-"""Pieces smoothed together; bounds the memory."""
+OVERLAP = 2.0
+"""How far a piece of a long run reaches into its neighbours, s; few filters remember more."""
+
+PIECE = 4000
+"""Readings of a piece without its overlaps, and most of an overlap; bounds the memory."""
+
+FEWEST = 8
+"""Readings that a run must have."""
+
+ODD = 6.0
+"""Deviations from what all others say from which on a reading is odd."""
 
 
 @dataclass(frozen=True)
@@ -34,14 +46,15 @@ class SmoothedMotion:
     Attributes
     ----------
     stamps: shape (N,)
-        The instants, s: those of the samples that were used (a regular clock's where the stamps
-        of a periodic sampler jitter).
+        The instants, s: the stamps of the samples that were used.
     position, velocity, acceleration, jerk: shape (N, n)
         rad or m, per s, s^2, s^3.
     variance: shape (N, 4, n)
         Variances of the four.
     used: shape of the input's stamps
         Which samples were used; the others were out of order, not finite, or outliers.
+    findings:
+        What is odd about the samples, as short sentences.
 
     """
 
@@ -52,19 +65,35 @@ class SmoothedMotion:
     jerk: Array
     variance: Array
     used: Array
+    findings: tuple[str, ...] = ()
+
+
+@dataclass
+class _Run:
+    """Samples without a gap: when they were read, and what is asked of them."""
+
+    rows: list[int]             # of the samples
+    instants: list[float]       # device time of their stamps
+    rates: list[float]          # seconds of the stamps in a second of the device
+    fresh: list[bool]           # whether they brought a new reading
+    times: list[float]          # of the readings, device time
+    positions: list[Any]        # of the readings, unwrapped
+    clock: DeviceClock          # at its end
 
 
 def smooth(
     stamps: Array, positions: Array, velocities: Array | None = None, *,
-    continuous: Sequence[bool] | None = None, max_gap: float = 0.25, max_velocity: float = 20.0,
+    continuous: Sequence[bool] | None = None, max_gap: float = 0.25,
+    max_velocity: float | Sequence[float] = 20.0,
     progress: Callable[[float], None] | None = None,
 ) -> SmoothedMotion:
     """
     Smooth recorded samples: the best estimate where no answer is needed at once.
 
-    The same models and the same self-tuning as `MotionEstimator`, run forwards and backwards over
-    each run of samples (a gap begins a new one). Long runs are cut into overlapping pieces that
-    are smoothed side by side, so that memory stays bounded.
+    The same device clock, models and self-tuning as in `MotionEstimator`, but with the past and
+    the future in view: what a first pass learns of the clock a second one knows from the start;
+    the filters run forwards and backwards over each run of samples (a gap begins a new one); a
+    reading that all others contradict is left out.
 
     Parameters
     ----------
@@ -73,13 +102,11 @@ def smooth(
     positions: shape (N, n)
         Measured positions, rad or m.
     velocities: shape (N, n)
-        Measured velocities, NaN where not measured; used where they deserve trust throughout.
-    continuous: shape (n,)
+        Measured velocities, NaN where not measured; used as far as they prove right.
+    continuous: length n
         Joints that wrap at 2 pi.
-    max_gap:
-        A pause longer than this (s) begins a new run.
-    max_velocity:
-        A joint that seems to move faster (rad/s or m/s) is refused.
+    max_gap, max_velocity:
+        As in `MotionEstimator`.
     progress:
         Called with the share that is done, 0 to 1.
 
@@ -90,11 +117,6 @@ def smooth(
     InvalidValueError
         If no run has as many as eight good samples.
 
-    References
-    ----------
-    G. J. Bierman, "Fixed interval smoothing with discrete measurements", Int. J. Control 18
-    (1973) 65-75.
-
     """
     stamps, positions = np.asarray(stamps, float), np.asarray(positions, float)
     if positions.ndim != 2 or len(positions) != len(stamps):
@@ -103,83 +125,143 @@ def smooth(
         velocities = np.asarray(velocities, float)
         if velocities.shape != positions.shape:
             raise ShapeError('velocities', str(positions.shape), velocities.shape)
-    guard = SampleGuard(positions.shape[1], max_gap=max_gap, max_velocity=max_velocity,
-                        continuous=continuous)
-    used, times, unwrapped, starts = _admit(guard, stamps, positions)
-    bounds = np.append(np.flatnonzero(starts), len(times))
-    long_enough = np.repeat(np.diff(bounds) >= 8, np.diff(bounds))
-    if not long_enough.any():
+    limits = {'max_gap': max_gap, 'max_velocity': max_velocity, 'continuous': continuous}
+    clocks = [run.clock for run in _runs(stamps, positions, limits, [])]
+    report = progress or (lambda _: None)
+    report(0.2)
+    runs = [run for run in _runs(stamps, positions, limits, clocks)
+            if len(run.times) >= FEWEST]
+    if not runs:
         raise InvalidValueError('recorded samples: no run of at least 8 good ones')
-    used[np.flatnonzero(used)[~long_enough]] = False
-    times, unwrapped, starts = times[long_enough], unwrapped[long_enough], starts[long_enough]
-    bounds = np.append(np.flatnonzero(starts), len(times))
-    measured = None if velocities is None else velocities[used]
-    ratio = None if measured is None else _velocity_ratio(times, unwrapped, measured)
-    if ratio is None:
-        measured = None
-
-    n = positions.shape[1]
-    state, variance = np.empty((len(times), 4, n)), np.empty((len(times), 4, n))
-    pieces = sorted(_pieces(times, bounds), key=lambda piece: piece[3] - piece[0])
-    for first in range(0, len(pieces), BATCH):
-        batch = pieces[first:first + BATCH]
-        for (begin, core, end, _), (x, p) in zip(
-                batch, smooth_batch(times, unwrapped, measured, ratio, batch)):
-            state[core:end], variance[core:end] = (
-                x[core - begin:end - begin], p[core - begin:end - begin])
-        if progress is not None:
-            progress(min(1.0, (first + BATCH) / len(pieces)))
-    return SmoothedMotion(
-        times, state[:, 0], state[:, 1], state[:, 2], state[:, 3], variance, used)
-
-
-def _admit(
-    guard: SampleGuard, stamps: Array, positions: Array
-) -> tuple[Array, Array, Array, Array]:
-    """Return which samples are used, and their times, unwrapped positions and run starts."""
+    count, n = sum(len(run.rows) for run in runs), positions.shape[1]
+    state, variance = np.empty((count, 4, n)), np.empty((count, 4, n))
     used = np.zeros(len(stamps), bool)
-    starts = np.zeros(len(stamps), bool)
-    times, unwrapped = stamps.copy(), positions.copy()
-    clock = SamplingClock()
-    last = -np.inf
-    for k, (stamp, position) in enumerate(zip(stamps.tolist(), positions)):
-        dt = guard.admit(stamp, position)
-        if dt == REFUSED:
+    done = 0
+    findings: dict[str, None] = {}
+    for run in runs:
+        end = done + len(run.rows)
+        _smooth_run(run, stamps, velocities, state[done:end], variance[done:end])
+        used[run.rows] = True
+        done = end
+        findings.update(dict.fromkeys(run.clock.doubts()))
+        report(0.2 + 0.8 * done / count)
+    return SmoothedMotion(stamps[used], state[:, 0], state[:, 1], state[:, 2], state[:, 3],
+                          variance, used, tuple(findings))
+
+
+def _runs(stamps: Array, positions: Array, limits: dict[str, Any],
+          known: Sequence[DeviceClock]) -> list[_Run]:
+    """Return the runs of samples, placed in the time of clocks that may be known by run."""
+    n = positions.shape[1]
+    estimator = MotionEstimator(n, velocity='position-only', **limits)
+    runs: list[_Run] = []
+    for k, (stamp, position) in enumerate(zip(stamps.tolist(), positions.tolist())):
+        before = estimator.runs
+        placed = estimator.place(stamp, array('d', position), None,
+                                 known[len(runs)] if len(runs) < len(known) else None)
+        if isinstance(placed, Reason):
             continue
-        if dt == START:
-            clock.start()
-            starts[k] = True
-            last = -np.inf
-        time = clock.push(stamp, guard.position)
-        last = time if time > last else last + 1e-9
-        used[k], times[k], unwrapped[k] = True, last, guard.position
-    return used, times[used], unwrapped[used], starts[used]
+        if estimator.runs > before:
+            runs.append(_Run([], [], [], [], [], [], estimator.clock))
+        run = runs[-1]
+        time = placed.time
+        if time is not None and run.times and time <= run.times[-1]:
+            time = None
+        run.rows.append(k)
+        run.instants.append(placed.instant)
+        run.rates.append(placed.rate)
+        run.fresh.append(time is not None)
+        if time is not None:
+            run.times.append(time)
+            run.positions.append(estimator.position)
+    return runs
 
 
-def _velocity_ratio(times: Array, positions: Array, velocities: Array) -> Array | None:
-    """Return the velocity's noise ratio per joint, judged on stretches spread over the record."""
+def _smooth_run(run: _Run, stamps: Array, velocities: Array | None, state: Array,
+                variance: Array) -> None:
+    """Write the motion of a run, and its variance, at its samples."""
+    times, positions = np.array(run.times), np.array(run.positions)
+    instants, rates = np.array(run.instants), np.array(run.rates)
+    fresh = np.array(run.fresh)
+    measured = None
+    if velocities is not None:
+        measured = velocities[run.rows][fresh] * rates[fresh][:, None]
+    given = stamps[run.rows]
+    if _smoother_by(given[fresh], times, positions):
+        # The clock has found nothing that is better than the stamps.
+        times, instants, rates = given[fresh], given, np.ones(len(given))
+    # The latest reading at each sample's stamp, and how much later that is.
+    latest = np.clip(np.searchsorted(times, instants, side='right') - 1, 0, len(times) - 1)
+    onward = np.clip(instants - times[latest], -0.05, 0.05)
+    smoother = IntervalSmoother(BANDWIDTHS, WIDE)
+    for begin, core, end, after in _pieces(times):
+        smoother.plan(np.ascontiguousarray(times[begin:after]))
+        rows = np.flatnonzero((latest >= core) & (latest < end))
+        for j in range(positions.shape[1]):
+            x, p = _smoothed(smoother, positions[begin:after, j])
+            if measured is not None:
+                x, p = fused(smoother, times[begin:after], x, p, positions[begin:after, j],
+                             measured[begin:after, j])
+            h = onward[rows]
+            at = x[:, latest[rows] - begin]
+            state[rows, 0, j] = at[0] + h * (at[1] + h / 2 * (at[2] + h / 3 * at[3]))
+            state[rows, 1, j] = (at[1] + h * (at[2] + h / 2 * at[3])) / rates[rows]
+            state[rows, 2, j] = (at[2] + h * at[3]) / rates[rows]**2
+            state[rows, 3, j] = at[3] / rates[rows]**3
+            variance[rows, :, j] = p[:, latest[rows] - begin].T
+
+
+def _smoother_by(stamps: Array, times: Array, positions: Array) -> bool:
+    """Whether the positions are smoother against stamps than against the clock's times."""
+    by_stamps, by_clock = roughness(stamps, positions), roughness(times, positions)
+    known = (by_stamps > 0.0) & (by_clock > 0.0)
+    if not known.any():
+        return bool((by_stamps <= by_clock).all())
+    return bool(np.log(by_stamps[known] / by_clock[known]).sum() < 0.0)
+
+
+def _smoothed(smoother: IntervalSmoother, values: Array) -> tuple[Array, Array]:
+    """Return state and variance, shapes (4, N), of a joint; odd readings are left out."""
+    values = values.copy()
+    n = len(values)
+    x, p, rest = np.empty((4, n)), np.empty((4, n)), np.empty((2, n))
+    floor = _rounding(values)
+    smoother.smooth(values, floor, x, p, rest)
+    for _ in range(3):
+        size = np.abs(rest[0]) / rest[1]
+        odd = np.flatnonzero((size > ODD) & (size >= np.maximum(
+            np.append(size[1:], 0.0), np.append(0.0, size[:-1]))))
+        if not len(odd) or len(odd) > 0.05 * n:
+            break
+        before, kept = rest[0, odd].copy(), values[odd].copy()
+        values[odd] -= before
+        smoother.smooth(values, floor, x, p, rest)
+        # A reading was odd if its neighbours are at peace without it; else the joint turned.
+        near = np.stack([np.abs(rest[0, np.clip(odd + k, 0, n - 1)]) for k in (-2, -1, 1, 2)])
+        real = near.max(axis=0) > 0.2 * np.abs(before)
+        values[odd[real]] = kept[real]
+        if real.any():
+            smoother.smooth(values, floor, x, p, rest)
+            break
+    return x, p
+
+
+def _rounding(values: Array) -> float:
+    """Return the variance of rounding to the step of the encoder; 0 if there is none."""
+    changes = np.unique(np.round(np.abs(np.diff(values)), 9))
+    changes = changes[changes > 1e-8]
+    if not len(changes) or len(changes) > 0.5 * len(values):
+        return 0.0
+    step = float(changes[0])
+    apart = np.abs(changes - step * np.rint(changes / step))
+    return step * step / 12.0 if (apart < 0.1 * step).mean() > 0.9 else 0.0
+
+
+def _pieces(times: Array) -> Iterator[tuple[int, int, int, int]]:
+    """Yield (begin, core begin, core end, end) of overlapping pieces of a run."""
     count = len(times)
-    stretch = 2000
-    trust = VelocityTrust(positions.shape[1])
-    worst = np.zeros(trust.n_joints)
-    for begin in np.linspace(0, max(0, count - stretch), min(8, -(-count // stretch))).astype(int):
-        trust.start()
-        for k in range(begin, min(begin + stretch, count)):
-            trust.push(times[k], positions[k], velocities[k])
-        ratio = np.full_like(worst, np.inf) if trust.ratio is None else trust.ratio
-        # One stretch of distrust is enough: the worst ratio counts. Those that prove nothing do
-        # not.
-        distrust = trust.lagging | trust.differenced | np.isfinite(ratio)
-        worst = np.where(distrust, np.maximum(worst, ratio), worst)
-    worst[(worst == 0.0) | ~np.isfinite(velocities).all(axis=0)] = np.inf
-    return worst if np.isfinite(worst).any() else None
-
-
-def _pieces(times: Array, bounds: Array) -> Iterator[tuple[int, int, int, int]]:
-    """Yield (begin, core begin, core end, end) of overlapping pieces of the runs."""
-    for start, stop in zip(bounds[:-1].tolist(), bounds[1:].tolist()):
-        for core in range(start, stop, CORE):
-            end = min(core + CORE, stop)
-            begin = np.searchsorted(times[start:core], times[core] - OVERLAP) + start
-            after = np.searchsorted(times[end:stop], times[end - 1] + OVERLAP) + end
-            yield int(begin), core, end, int(after)
+    for core in range(0, count, PIECE):
+        end = min(core + PIECE, count)
+        begin = max(int(np.searchsorted(times, times[core] - OVERLAP)), core - PIECE)
+        after = min(int(np.searchsorted(times, times[end - 1] + OVERLAP)), end + PIECE)
+        yield (max(0, begin), core, end, min(max(after, end), count))

@@ -11,8 +11,10 @@ from typing import Any
 
 import numpy as np
 
+from ..errors import Reason
+from ..motion.estimator import MotionEstimator
 from ..motion.factory import make_estimator
-from ..motion.guarded_estimator import GuardedEstimator, WARMING_UP
+from ..motion.joint_estimator import JointEstimator
 from ..motion.joint_motion import JointMotion
 
 VELOCITY_SOURCES = ('auto', 'measured', 'estimated')
@@ -25,7 +27,6 @@ LARGEST = 1e9
 
 _MAX_BACK_NS = 500_000_000
 _BACK_PATIENCE = 20
-_EPOCH_SPAN_NS = 10**16     # beyond 116 days a float of seconds resolves less than 2 ns
 _SLOPE_SPAN_NS = 20_000_000
 
 
@@ -54,7 +55,7 @@ class MotionSettings:
     delay: float = 0.0
     options: Mapping[str, Any] = field(default_factory=dict)
 
-    def make_estimator(self, continuous: Sequence[bool]) -> GuardedEstimator:
+    def make_estimator(self, continuous: Sequence[bool]) -> JointEstimator:
         """Return a new estimator for joints of which these are continuous ones."""
         return make_estimator(self.estimator, len(continuous), delay=self.delay,
                               continuous=np.array(continuous, bool), **self.options)
@@ -79,16 +80,15 @@ class GroupMotion:
     def __init__(self, settings: MotionSettings, continuous: Sequence[bool], order: int = 2,
                  covariance: bool = False) -> None:
         self.settings = settings
-        self.estimator: GuardedEstimator | None = None
+        self.estimator: JointEstimator | None = None
         self.stamp_ns = 0
         self.refusal: str | None = None
         self._continuous = tuple(continuous)
         self._measured = settings.velocity_source == 'measured'
         self._ignored = settings.velocity_source == 'estimated'
-        self._epoch_ns = 0
         self._last_ns: int | None = None
-        self._known = False
-        self._motion: JointMotion | None = None
+        self.motion: JointMotion | None = None
+        """The latest estimate; None if there is none."""
         self._backward = 0
         self._jerks: deque[tuple[int, Sequence[float]]] = deque()
         self.want(order, covariance)
@@ -100,23 +100,17 @@ class GroupMotion:
             order > 1 if self._measured else order > 0)
         if estimated and self.estimator is None:
             self.estimator = self.settings.make_estimator(self._continuous)
+        if isinstance(self.estimator, MotionEstimator):
+            self.estimator.covariance_wanted = covariance
         self._estimated = estimated
 
     def reset(self) -> None:
         """Forget all samples."""
         self._last_ns = None
-        self._known = False
-        self._motion = None
+        self.motion = None
         self._jerks.clear()
         if self.estimator is not None:
             self.estimator.reset()
-
-    @property
-    def motion(self) -> JointMotion | None:
-        """Return the latest estimate with its covariance; None if there is none."""
-        if self._motion is None and self._known and self.estimator is not None:
-            self._motion = self.estimator.motion()
-        return self._motion
 
     def update(self, stamp_ns: int, position: Sequence[float],
                velocity: Sequence[float] | None) -> Sequence[float] | None:
@@ -148,20 +142,15 @@ class GroupMotion:
             return self._as_measured(stamp_ns, position, velocity)
         estimator = self.estimator
         assert estimator is not None
-        since = stamp_ns - self._epoch_ns
-        if not -_EPOCH_SPAN_NS < since < _EPOCH_SPAN_NS:
-            estimator.reset()
-            self._epoch_ns, since = stamp_ns, 0
-        stamp = since * 1e-9
-        if not estimator.push(stamp, position, None if self._ignored else velocity):
-            if estimator.last_outcome != WARMING_UP:
-                self.refusal = estimator.last_refusal
+        outcome = estimator.step(stamp_ns, position, None if self._ignored else velocity)
+        if isinstance(outcome, Reason):
+            if not outcome.used:
+                self.refusal = outcome
             return None
-        self._known = True
-        self._motion = None
-        self.stamp_ns = stamp_ns - round((stamp - estimator.stamp) * 1e9)
+        self.motion = outcome
+        self.stamp_ns = outcome.stamp_ns
         n, order = len(position), self.order
-        values = estimator.values()
+        values = outcome.values
         if order < 3:
             values = values[:(order + 1) * n]
         if self._measured and order > 0:

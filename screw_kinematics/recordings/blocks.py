@@ -27,7 +27,7 @@ from ..screws.se3 import Array
 BLOCK = 6_400
 """Samples of its own that a block has, of the joints that come most often."""
 
-CONTEXT = 0.5
+CONTEXT = 1.0
 """How far a block reaches into its neighbours [s]; smoothed values depend on less."""
 
 LEAST_CONTEXT = 32

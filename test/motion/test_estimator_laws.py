@@ -5,8 +5,7 @@
 import numpy as np
 import pytest
 
-from screw_kinematics.motion import (
-    compiled, FixedKalmanFilter, MotionEstimator, SavitzkyGolay, steady_steps)
+from screw_kinematics.motion import FixedKalmanFilter, MotionEstimator, SavitzkyGolay
 from support.motions import acceleration_error, run, samples, sines
 
 RATE = 500
@@ -83,29 +82,6 @@ def test_invariant_to_the_scale_of_a_joint():
         scaled_variances[good] / scale**2, variances[good], rtol=1e-4)
 
 
-@pytest.mark.parametrize('delay', [0.0, 0.02])
-@pytest.mark.parametrize('measured', [False, True])
-@pytest.mark.parametrize(('reweigh', 'worst', 'typical'), [(0.0, 0.2, 0.02), (4e-3, 3.0, 0.1)])
-def test_kept_gains_change_nothing_that_matters(
-        delay, measured, reweigh, worst, typical, monkeypatch):
-    monkeypatch.setattr(steady_steps, 'REWEIGH', reweigh)
-    motion = sines(4, 3)
-    stamps, positions = samples(motion, RATE, 3.0, 4)
-    velocities = None
-    if measured:
-        rng = np.random.default_rng(4)
-        velocities = motion(stamps)[1] + 5e-3 * rng.normal(size=positions.shape)
-    claimed, kept, variances = run(
-        MotionEstimator(3, delay=delay), stamps, positions, velocities)
-    _, exact, _ = run(
-        MotionEstimator(3, delay=delay, keep_gains=False), stamps, positions, velocities)
-    good = np.isfinite(variances[:, 0, 0])
-    apart = np.abs(kept - exact)[good] / np.sqrt(variances[good])
-    # In units of the estimate's own standard deviation.
-    assert apart.max() < worst
-    assert np.sqrt(np.mean(apart**2)) < typical
-
-
 def test_a_delay_is_honest_and_pays():
     motion = sines(7, 7, highest=5.0)
     stamps, positions = samples(motion, RATE, 3.0, 7)
@@ -145,7 +121,8 @@ def test_a_wrong_velocity_does_no_harm(wrong, delay):
     with_velocity = run(estimator, stamps, positions, wrong(motion, stamps, rng))[:2]
     without = run(MotionEstimator(7, delay=delay), stamps, positions)[:2]
     assert acceleration_error(motion, *with_velocity) < 1.1 * acceleration_error(motion, *without)
-    assert not estimator.velocity_used.any()
+    if wrong is not _lagging:       # whose lag is found and allowed for
+        assert not any(estimator.velocity_used)
 
 
 def test_a_good_velocity_helps_and_a_differenced_one_is_seen_through():
@@ -158,7 +135,7 @@ def test_a_good_velocity_helps_and_a_differenced_one_is_seen_through():
     without = acceleration_error(motion, *run(MotionEstimator(7), stamps, positions)[:2])
     estimator = MotionEstimator(7)
     assert acceleration_error(motion, *run(estimator, stamps, positions, good)[:2]) < 0.8 * without
-    assert estimator.velocity_used.any()
+    assert any(estimator.velocity_used)
     estimator = MotionEstimator(7)
     used = run(estimator, stamps, positions, differenced)[:2]
     assert acceleration_error(motion, *used) < 1.1 * without
@@ -206,26 +183,3 @@ def test_results_are_read_only():
         motion.acceleration[0] = 1.0
     with pytest.raises(ValueError, match='read-only'):
         motion.covariance[0] = 1.0
-
-
-@pytest.mark.parametrize('delay', [0.0, 0.02])
-@pytest.mark.parametrize('measured', [False, True])
-def test_compiled_steps_change_nothing(delay, measured, monkeypatch):
-    monkeypatch.setattr(steady_steps, 'REWEIGH', 0.0)
-    pytest.importorskip('numba')
-    motion = sines(4, 3)
-    stamps, positions = samples(motion, RATE, 2.5, 4, jitter=0.1)
-    velocities = None
-    if measured:
-        rng = np.random.default_rng(4)
-        velocities = motion(stamps)[1] + 5e-3 * rng.normal(size=positions.shape)
-        velocities[600:620, 1] = np.nan      # gains are released and found again
-    monkeypatch.setattr(compiled, '_ready', [])
-    expected_of = MotionEstimator(3, delay=delay)
-    swift = MotionEstimator(3, delay=delay)
-    swift.warm_up()
-    assert MotionEstimator(3)._run is not None and expected_of._run is None
-    _, states, variances = run(swift, stamps, positions, velocities)
-    _, expected, variances_expected = run(expected_of, stamps, positions, velocities)
-    np.testing.assert_allclose(states, expected, rtol=1e-7, atol=1e-7)
-    np.testing.assert_allclose(variances, variances_expected, rtol=1e-5)

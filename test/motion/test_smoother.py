@@ -43,7 +43,7 @@ def test_pieces_leave_no_seam(monkeypatch):
     motion = sines(4, 2)
     stamps, positions = samples(motion, RATE, 12.0, 4)
     whole = smooth(stamps, positions)
-    monkeypatch.setattr('screw_kinematics.motion.smoother.CORE', 500)
+    monkeypatch.setattr('screw_kinematics.motion.smoother.PIECE', 500)
     pieces = smooth(stamps, positions)
     apart = np.abs(pieces.acceleration - whole.acceleration) / np.sqrt(whole.variance[:, 2])
     assert apart.max() < 0.1

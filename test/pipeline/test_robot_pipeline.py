@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from screw_kinematics.errors import SingularityError
+from screw_kinematics.errors import Reason, SingularityError
 from screw_kinematics.pipeline.group_motion import MotionSettings
 from screw_kinematics.pipeline.joint_groups import NO_JOINT
 from screw_kinematics.pipeline.robot_pipeline import NO_SOLUTION, OVERFLOW, RobotPipeline
@@ -109,7 +109,7 @@ def test_nothing_wanted_is_nothing_computed_and_still_accounted_for():
     pipeline = RobotPipeline(ARM.joint_names, MotionSettings())
     assert feed(pipeline, 5) == []
     assert pipeline.account.waiting == {'nothing_wanted': 5}
-    assert pipeline.estimators() == [] or pipeline.estimators()[0].last_outcome == 'warming up'
+    assert pipeline.estimators() == [] or pipeline.estimators()[0].reason is Reason.SETTLING
     assert pipeline.missing() == []
 
 
@@ -134,12 +134,14 @@ def test_other_settings_begin_anew_and_the_same_ones_go_on():
 
 def test_variances_are_those_of_the_estimator_and_unknown_where_measured():
     pipeline = make(MotionSettings(), ('twist', 'jacobian'))
+    pipeline.want(ARM.compile(outputs=('twist', 'jacobian')), covariance=True)
     feed(pipeline, 100)
     covariance = pipeline.estimators()[0].update(
         0.2, joints(0.2)[0]).covariance
     assert np.all(covariance[:, 2, 2] > 0)
     assert all(v > 0 for v in pipeline.variances(2))
     measured = make(MEASURED, ('twist', 'accel'))
+    measured.want(ARM.compile(outputs=('twist', 'accel')), covariance=True)
     feed(measured, 100)
     assert all(math.isnan(v) for v in measured.variances(1))
     assert all(v > 0 for v in measured.variances(2))

@@ -34,3 +34,27 @@ def divided_difference(t: Array) -> Array:
     """
     coefficients = 1.0 / (t[..., :, None] - t[..., None, :] + np.eye(t.shape[-1])).prod(axis=-1)
     return coefficients / np.sqrt((coefficients**2).sum(axis=-1, keepdims=True))
+
+
+def roughness(t: Array, q: Array, order: int = 4) -> Array:
+    """
+    Return what divided differences leave of some signals, most of the time.
+
+    Parameters
+    ----------
+    t: shape (N,)
+        Increasing times, s.
+    q: shape (N, n)
+        Signals.
+    order:
+        Of the differences.
+
+    Returns
+    -------
+    The square root of the mean of squares, shape (n,), without the largest tenth.
+
+    """
+    rows = np.arange(order + 1) + np.arange(len(t) - order)[:, None]
+    left = np.einsum('ik,ikj->ij', divided_difference(t[rows] - t[rows[:, :1]]), q[rows])
+    squares = np.sort(left**2, axis=0)[:max(1, int(0.9 * len(left)))]
+    return np.sqrt(squares.mean(axis=0))  # type: ignore[no-any-return]

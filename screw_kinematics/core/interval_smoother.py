@@ -1,0 +1,435 @@
+# cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True
+# cython: initializedcheck=False
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""
+Fixed-interval smoothing by integrated-Wiener filters of many bandwidths, weighed by likelihood.
+
+As in the bank, the unit of covariances is the unknown variance of the noise, so that they depend
+on the times alone: they are found once (`plan`), and serve all signals (`smooth`).
+
+References
+----------
+G. J. Bierman, "Fixed interval smoothing with discrete measurements", Int. J. Control 18 (1973)
+65-75.
+
+"""
+
+from __future__ import annotations
+
+from array import array
+from typing import Any
+
+try:
+    import cython
+except ImportError:
+    from . import uncompiled as cython
+if cython.compiled:
+    from cython.cimports.libc.math import exp, log, sqrt
+else:
+    from math import exp, log, sqrt
+
+TIME_UNIT = cython.declare(cython.double, 0.02)
+WINDOW = cython.declare(cython.double, 0.1)
+EVIDENCE = cython.declare(cython.double, 0.65)
+LEAST = cython.declare(cython.double, 1e-26)
+SCALE = (1.0, TIME_UNIT, TIME_UNIT**2 / 2.0, TIME_UNIT**3 / 6.0)
+FACTORIAL = (1.0, 1.0, 2.0, 6.0)
+PAIRS = [(i, j) for i in range(4) for j in range(i, 4)]
+PRIOR = (100.0, 2e7, 1.5e8, 3e9)    # deviations of the state, in units of the noise, per s ...
+
+
+def table(rows: int, columns: int) -> Any:
+    """Return a table of zeros."""
+    return memoryview(array('d', bytes(8 * rows * columns))).cast('B').cast('d', (rows, columns))
+
+
+def row(values: Any) -> Any:
+    """Return numbers in a row."""
+    return memoryview(array('d', values))
+
+
+@cython.cclass
+class IntervalSmoother:
+    """
+    Smooth signals that were sampled at the same times.
+
+    Parameters
+    ----------
+    bandwidths:
+        Of the filters, all of order 4 [Hz].
+    wide:
+        Handicap of wide filters: what the logarithm of the innovation's variance counts more.
+
+    """
+
+    m: cython.Py_ssize_t
+    n: cython.Py_ssize_t
+    wide: cython.double
+    power: cython.double[::1]
+    noise: cython.double[::1]
+    scale: cython.double[::1]
+    times: cython.double[::1]
+    p: cython.double[:, ::1]          # predicted covariances, (N, 10 M)
+    gain: cython.double[:, ::1]       # (N, 4 M)
+    s: cython.double[:, ::1]          # variances of the innovations, (N, M)
+    alone: cython.double[:, ::1]      # information of the others about a sample, (N, M)
+    spread: cython.double[:, ::1]     # smoothed variances, (N, 4 M)
+    logs: cython.double[:, ::1]       # mean logarithm of s around each sample, (N, M)
+    span: cython.double[::1]          # samples in the window around each
+    keep: cython.double[::1]          # share of the window that is left from one to the next
+    x: cython.double[:, ::1]          # states, (N, 4 M)
+    error: cython.double[:, ::1]      # innovations, then what each is without itself, (N, M)
+    mean: cython.double[:, ::1]
+    before: cython.double[:, ::1]
+    weight: cython.double[::1]
+    work: cython.double[:, ::1]
+
+    def __init__(self, bandwidths: Any, wide: float) -> None:
+        self.m, self.wide, self.n = len(bandwidths), wide, 0
+        self.power = row([(2 * 3.141592653589793 * f) ** 8 for f in bandwidths])
+        self.scale = row(SCALE)
+        self.noise = row([
+            SCALE[i] * SCALE[j] / ((7 - i - j) * FACTORIAL[3 - i] * FACTORIAL[3 - j])
+            for i, j in PAIRS])
+        self.weight, self.work = row([0.0] * self.m), table(10, self.m)
+
+    def plan(self, times: cython.double[::1]) -> None:
+        """Find covariances and gains for these times, which increase."""
+        i: cython.Py_ssize_t
+        k: cython.Py_ssize_t
+        a: cython.Py_ssize_t
+        n: cython.Py_ssize_t = times.shape[0]
+        m: cython.Py_ssize_t = self.m
+        self.n = n
+        self.times = row([times[i] for i in range(n)])
+        self.p, self.gain, self.s = table(n, 10 * m), table(n, 4 * m), table(n, m)
+        self.alone, self.spread, self.logs = table(n, m), table(n, 4 * m), table(n, m)
+        self.x, self.error, self.mean = table(n, 4 * m), table(n, m), table(n, m)
+        self.before = table(n, m)
+        self.span, self.keep = row([0.0] * n), row([0.0] * n)
+        period: cython.double = (times[n - 1] - times[0]) / (n - 1)
+        p: cython.double[:, ::1] = self.work
+        diagonal = (0, 4, 7, 9)
+        for k in range(m):
+            for a in range(10):
+                p[a, k] = 0.0
+            for a in range(4):
+                p[diagonal[a], k] = (PRIOR[a] * SCALE[a]) ** 2
+        for i in range(n):
+            if i:
+                self.keep[i] = exp(-(times[i] - times[i - 1]) / WINDOW)
+                self._predict(times[i] - times[i - 1], period)
+            self._update(i)
+            for k in range(m):
+                self.logs[i, k] = (1.0 + self.wide) * log(self.s[i, k])
+            self.span[i] = 1.0
+        self._around(self.logs)
+        self._span()
+        self._backward()
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def _predict(self, dt: cython.double, period: cython.double) -> cython.void:
+        k: cython.Py_ssize_t
+        r: cython.double = dt / TIME_UNIT
+        r2: cython.double = r * r
+        r3: cython.double = r2 * r
+        d2: cython.double = dt * dt
+        d3: cython.double = d2 * dt
+        d4: cython.double = d2 * d2
+        d5: cython.double = d4 * dt
+        d6: cython.double = d3 * d3
+        d7: cython.double = d6 * dt
+        cap: cython.double = 2.5e10 / d7
+        p: cython.double[:, ::1] = self.work
+        c: cython.double[::1] = self.noise
+        for k in range(self.m):
+            a00: cython.double = p[0, k] + r * p[1, k] + r2 * p[2, k] + r3 * p[3, k]
+            a01: cython.double = p[1, k] + r * p[4, k] + r2 * p[5, k] + r3 * p[6, k]
+            a02: cython.double = p[2, k] + r * p[5, k] + r2 * p[7, k] + r3 * p[8, k]
+            a03: cython.double = p[3, k] + r * p[6, k] + r2 * p[8, k] + r3 * p[9, k]
+            a11: cython.double = p[4, k] + 2.0 * r * p[5, k] + 3.0 * r2 * p[6, k]
+            a12: cython.double = p[5, k] + 2.0 * r * p[7, k] + 3.0 * r2 * p[8, k]
+            a13: cython.double = p[6, k] + 2.0 * r * p[8, k] + 3.0 * r2 * p[9, k]
+            a22: cython.double = p[7, k] + 3.0 * r * p[8, k]
+            a23: cython.double = p[8, k] + 3.0 * r * p[9, k]
+            d: cython.double = self.power[k] * period
+            d = d if d < cap else cap
+            p[0, k] = a00 + r * a01 + r2 * a02 + r3 * a03 + d * c[0] * d7
+            p[1, k] = a01 + 2.0 * r * a02 + 3.0 * r2 * a03 + d * c[1] * d6
+            p[2, k] = a02 + 3.0 * r * a03 + d * c[2] * d5
+            p[3, k] = a03 + d * c[3] * d4
+            p[4, k] = a11 + 2.0 * r * a12 + 3.0 * r2 * a13 + d * c[4] * d5
+            p[5, k] = a12 + 3.0 * r * a13 + d * c[5] * d4
+            p[6, k] = a13 + d * c[6] * d3
+            p[7, k] = a22 + 3.0 * r * a23 + d * c[7] * d3
+            p[8, k] = a23 + d * c[8] * d2
+            p[9, k] = p[9, k] + d * c[9] * dt
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def _update(self, i: cython.Py_ssize_t) -> cython.void:
+        k: cython.Py_ssize_t
+        a: cython.Py_ssize_t
+        m: cython.Py_ssize_t = self.m
+        p: cython.double[:, ::1] = self.work
+        for k in range(m):
+            for a in range(10):
+                self.p[i, a * m + k] = p[a, k]
+            s: cython.double = p[0, k] + 1.0
+            g0: cython.double = p[0, k] / s
+            g1: cython.double = p[1, k] / s
+            g2: cython.double = p[2, k] / s
+            g3: cython.double = p[3, k] / s
+            p[4, k] -= g1 * p[1, k]
+            p[5, k] -= g1 * p[2, k]
+            p[6, k] -= g1 * p[3, k]
+            p[7, k] -= g2 * p[2, k]
+            p[8, k] -= g2 * p[3, k]
+            p[9, k] -= g3 * p[3, k]
+            p[0, k], p[1, k], p[2, k], p[3, k] = g0, g1, g2, g3
+            self.gain[i, k], self.gain[i, m + k] = g0, g1
+            self.gain[i, 2 * m + k], self.gain[i, 3 * m + k] = g2, g3
+            self.s[i, k] = s
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def _around(self, of: cython.double[:, ::1]) -> cython.void:
+        """Replace rows by their sums over time, fading to either side."""
+        i: cython.Py_ssize_t
+        k: cython.Py_ssize_t
+        w: cython.double[:, ::1] = self.work
+        before: cython.double[:, ::1] = self.before
+        for k in range(self.m):
+            w[0, k] = 0.0
+        for i in range(self.n):
+            for k in range(self.m):
+                w[0, k] *= self.keep[i]
+                before[i, k] = w[0, k]
+                w[0, k] += of[i, k]
+        for k in range(self.m):
+            w[0, k] = 0.0
+        for i in range(self.n - 1, -1, -1):
+            for k in range(self.m):
+                own: cython.double = of[i, k]
+                of[i, k] += before[i, k] + w[0, k]
+                w[0, k] = self.keep[i] * (w[0, k] + own)
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def _span(self) -> cython.void:
+        i: cython.Py_ssize_t
+        before: cython.double = 0.0
+        after: cython.double = 0.0
+        for i in range(self.n):
+            before *= self.keep[i]
+            self.span[i] = 1.0 + before
+            before += 1.0
+        for i in range(self.n - 1, -1, -1):
+            self.span[i] += after
+            after = self.keep[i] * (after + 1.0)
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def _backward(self) -> cython.void:
+        """Find smoothed variances, and what the other samples know about each."""
+        i: cython.Py_ssize_t
+        k: cython.Py_ssize_t
+        m: cython.Py_ssize_t = self.m
+        f: cython.double[:, ::1] = self.work        # information, upper triangle
+        p: cython.double[:, ::1] = self.p
+        for k in range(m):
+            for i in range(10):
+                f[i, k] = 0.0
+        for i in range(self.n - 1, -1, -1):
+            r: cython.double = 0.0
+            if i + 1 < self.n:
+                r = (self.times[i + 1] - self.times[i]) / TIME_UNIT
+            r2: cython.double = r * r
+            r3: cython.double = r2 * r
+            for k in range(m):
+                # F' f F, from f a step later
+                a01: cython.double = r * f[0, k] + f[1, k]
+                a02: cython.double = r2 * f[0, k] + 2.0 * r * f[1, k] + f[2, k]
+                a03: cython.double = (r3 * f[0, k] + 3.0 * r2 * f[1, k] + 3.0 * r * f[2, k]
+                                      + f[3, k])
+                a11: cython.double = r * f[1, k] + f[4, k]
+                a12: cython.double = r2 * f[1, k] + 2.0 * r * f[4, k] + f[5, k]
+                a13: cython.double = (r3 * f[1, k] + 3.0 * r2 * f[4, k] + 3.0 * r * f[5, k]
+                                      + f[6, k])
+                a22: cython.double = r2 * f[2, k] + 2.0 * r * f[5, k] + f[7, k]
+                a23: cython.double = (r3 * f[2, k] + 3.0 * r2 * f[5, k] + 3.0 * r * f[7, k]
+                                      + f[8, k])
+                a33: cython.double = (r3 * f[3, k] + 3.0 * r2 * f[6, k] + 3.0 * r * f[8, k]
+                                      + f[9, k])
+                f00: cython.double = f[0, k]
+                f11: cython.double = r * a01 + a11
+                f12: cython.double = r * a02 + a12
+                f13: cython.double = r * a03 + a13
+                f22: cython.double = r2 * a02 + 2.0 * r * a12 + a22
+                f23: cython.double = r2 * a03 + 2.0 * r * a13 + a23
+                f33: cython.double = r3 * a03 + 3.0 * r2 * a13 + 3.0 * r * a23 + a33
+                # with this sample: (I - K H)' f (I - K H) + H' H / s
+                g0: cython.double = self.gain[i, k]
+                g1: cython.double = self.gain[i, m + k]
+                g2: cython.double = self.gain[i, 2 * m + k]
+                g3: cython.double = self.gain[i, 3 * m + k]
+                b0: cython.double = g0 * f00 + g1 * a01 + g2 * a02 + g3 * a03
+                b1: cython.double = g0 * a01 + g1 * f11 + g2 * f12 + g3 * f13
+                b2: cython.double = g0 * a02 + g1 * f12 + g2 * f22 + g3 * f23
+                b3: cython.double = g0 * a03 + g1 * f13 + g2 * f23 + g3 * f33
+                both: cython.double = g0 * b0 + g1 * b1 + g2 * b2 + g3 * b3
+                self.alone[i, k] = 1.0 / self.s[i, k] + both
+                f[0, k] = f00 - 2.0 * b0 + both + 1.0 / self.s[i, k]
+                f[1, k] = a01 - b1
+                f[2, k] = a02 - b2
+                f[3, k] = a03 - b3
+                f[4, k], f[5, k], f[6, k] = f11, f12, f13
+                f[7, k], f[8, k], f[9, k] = f22, f23, f33
+                self._spread(i, k, p, f)
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def _spread(self, i: cython.Py_ssize_t, k: cython.Py_ssize_t, p: cython.double[:, ::1],
+                f: cython.double[:, ::1]) -> cython.void:
+        """Write the smoothed variances P - P f P of a filter."""
+        a: cython.Py_ssize_t
+        m: cython.Py_ssize_t = self.m
+        for a in range(4):
+            # Row a of the symmetric matrix.
+            c0: cython.double = p[i, a * m + k]
+            c1: cython.double = p[i, (1 if a == 0 else 3 + a) * m + k]
+            c2: cython.double = p[i, (2 if a == 0 else 5 if a == 1 else 5 + a) * m + k]
+            c3: cython.double = p[i, (3 if a == 0 else 6 if a == 1 else 8 if a == 2 else 9)
+                                  * m + k]
+            own: cython.double = c0 if a == 0 else c1 if a == 1 else c2 if a == 2 else c3
+            square: cython.double = (
+                c0 * c0 * f[0, k] + c1 * c1 * f[4, k] + c2 * c2 * f[7, k] + c3 * c3 * f[9, k]
+                + 2.0 * (c0 * (c1 * f[1, k] + c2 * f[2, k] + c3 * f[3, k])
+                         + c1 * (c2 * f[5, k] + c3 * f[6, k]) + c2 * c3 * f[8, k]))
+            left: cython.double = own - square
+            self.spread[i, a * m + k] = left if left > 1e-12 * own else 1e-12 * own
+
+    def smooth(self, values: cython.double[::1], floor: cython.double,
+               state: cython.double[:, ::1], variance: cython.double[:, ::1],
+               rest: cython.double[:, ::1]) -> None:
+        """
+        Smooth a signal.
+
+        Parameters
+        ----------
+        values: shape (N,)
+            The samples, finite.
+        floor:
+            The least variance of their noise.
+        state, variance: shape (4, N)
+            Get the smoothed signal and its derivatives, and their variances; per s ...
+        rest: shape (2, N)
+            Gets what each sample differs from all the others say, and the deviation of that.
+
+        """
+        i: cython.Py_ssize_t
+        k: cython.Py_ssize_t
+        a: cython.Py_ssize_t
+        m: cython.Py_ssize_t = self.m
+        n: cython.Py_ssize_t = self.n
+        x: cython.double[:, ::1] = self.x
+        g: cython.double[:, ::1] = self.gain
+        w: cython.double[:, ::1] = self.work
+        start: cython.double = values[0]
+        for k in range(m):
+            for a in range(4):
+                w[a, k] = 0.0
+        for i in range(n):
+            r: cython.double = (self.times[i] - self.times[i - 1]) / TIME_UNIT if i else 0.0
+            r2: cython.double = r * r
+            r3: cython.double = r2 * r
+            z: cython.double = values[i] - start
+            for k in range(m):
+                x3: cython.double = w[3, k]
+                x2: cython.double = w[2, k] + 3.0 * r * x3
+                x1: cython.double = w[1, k] + 2.0 * r * w[2, k] + 3.0 * r2 * x3
+                x0: cython.double = w[0, k] + r * w[1, k] + r2 * w[2, k] + r3 * x3
+                e: cython.double = z - x0
+                x[i, k], x[i, m + k] = x0, x1
+                x[i, 2 * m + k], x[i, 3 * m + k] = x2, x3
+                self.error[i, k] = e
+                self.mean[i, k] = e * e / self.s[i, k]
+                w[0, k] = x0 + g[i, k] * e
+                w[1, k] = x1 + g[i, m + k] * e
+                w[2, k] = x2 + g[i, 2 * m + k] * e
+                w[3, k] = x3 + g[i, 3 * m + k] * e
+        self._around(self.mean)
+        for k in range(m):
+            for a in range(4):
+                w[a, k] = 0.0
+        p: cython.double[:, ::1] = self.p
+        for i in range(n - 1, -1, -1):
+            r = (self.times[i + 1] - self.times[i]) / TIME_UNIT if i + 1 < n else 0.0
+            r2 = r * r
+            r3 = r2 * r
+            for k in range(m):
+                # The adjoint: F' of the one a step later, and what this sample says.
+                l0: cython.double = w[0, k]
+                l1: cython.double = r * w[0, k] + w[1, k]
+                l2: cython.double = r2 * w[0, k] + 2.0 * r * w[1, k] + w[2, k]
+                l3: cython.double = r3 * w[0, k] + 3.0 * r2 * w[1, k] + 3.0 * r * w[2, k] + w[3, k]
+                says: cython.double = self.error[i, k] / self.s[i, k] - (
+                    g[i, k] * l0 + g[i, m + k] * l1 + g[i, 2 * m + k] * l2 + g[i, 3 * m + k] * l3)
+                self.error[i, k] = says / self.alone[i, k]
+                l0 += says
+                w[0, k], w[1, k], w[2, k], w[3, k] = l0, l1, l2, l3
+                x[i, k] += (p[i, k] * l0 + p[i, m + k] * l1 + p[i, 2 * m + k] * l2
+                            + p[i, 3 * m + k] * l3)
+                x[i, m + k] += (p[i, m + k] * l0 + p[i, 4 * m + k] * l1 + p[i, 5 * m + k] * l2
+                                + p[i, 6 * m + k] * l3)
+                x[i, 2 * m + k] += (p[i, 2 * m + k] * l0 + p[i, 5 * m + k] * l1
+                                    + p[i, 7 * m + k] * l2 + p[i, 8 * m + k] * l3)
+                x[i, 3 * m + k] += (p[i, 3 * m + k] * l0 + p[i, 6 * m + k] * l1
+                                    + p[i, 8 * m + k] * l2 + p[i, 9 * m + k] * l3)
+        for i in range(n):
+            self._mix(i, floor, state, variance, rest)
+            state[0, i] += start
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def _mix(self, i: cython.Py_ssize_t, floor: cython.double, state: cython.double[:, ::1],
+             variance: cython.double[:, ::1], rest: cython.double[:, ::1]) -> cython.void:
+        """Weigh the filters by how well they predicted the samples around one."""
+        k: cython.Py_ssize_t
+        a: cython.Py_ssize_t
+        m: cython.Py_ssize_t = self.m
+        w: cython.double[::1] = self.weight
+        best: cython.double = 1e300
+        total: cython.double = 0.0
+        span: cython.double = self.span[i]
+        for k in range(m):
+            own: cython.double = self.mean[i, k] / span
+            own = own if own > floor else floor
+            w[k] = log(own + LEAST) + self.logs[i, k] / span
+            best = w[k] if w[k] < best else best
+        for k in range(m):
+            w[k] = exp(-0.5 * EVIDENCE * span * (w[k] - best))
+            total += w[k]
+        off: cython.double = 0.0
+        expected: cython.double = 0.0
+        for k in range(m):
+            w[k] /= total
+            own = self.mean[i, k] / span
+            own = own if own > floor else floor
+            off += w[k] * self.error[i, k]
+            expected += w[k] * (own / self.alone[i, k])
+        rest[0, i], rest[1, i] = off, sqrt(expected + LEAST)
+        for a in range(4):
+            mean: cython.double = 0.0
+            square: cython.double = 0.0
+            for k in range(m):
+                mean += w[k] * self.x[i, a * m + k]
+            for k in range(m):
+                own = self.mean[i, k] / span
+                own = own if own > floor else floor
+                apart: cython.double = self.x[i, a * m + k] - mean
+                square += w[k] * (apart * apart + own * self.spread[i, a * m + k])
+            state[a, i] = mean / self.scale[a]
+            variance[a, i] = square / (self.scale[a] * self.scale[a])

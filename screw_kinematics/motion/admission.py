@@ -1,0 +1,188 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""
+Which samples are taken: order of stamps, gaps, jumps, bad numbers, turns.
+
+What no robot can do is refused here. What is merely improbable is weighed by the filters.
+"""
+
+from __future__ import annotations
+
+from array import array
+from collections import Counter
+from collections.abc import Sequence
+import math
+
+from ..errors import InvalidValueError, Reason
+
+START = 0.0
+"""Returned by `Admission.admit` for the first sample of a run."""
+
+LARGEST = 1e6
+"""Positions beyond this (rad or m) cannot be differentiated in double precision."""
+
+TURN = 2.0 * math.pi
+
+
+class Admission:
+    """
+    Decide about each sample, and count the decisions by reason.
+
+    A *refused* sample leaves no trace but its count. A *restart* begins a new run with the sample
+    at hand: the estimator forgets what came before.
+
+    Parameters
+    ----------
+    n_joints:
+        Number of joints.
+    max_gap:
+        A pause longer than this (s) restarts.
+    max_back:
+        Stamps that step back by more than this (s) restart; smaller steps are refused.
+    max_velocity, max_jump:
+        A joint that moves by more than `max_velocity` * dt + `max_jump` (rad or m) is refused;
+        the velocity for all joints, or one for each.
+    patience:
+        After this many implausible samples in a row the next one restarts.
+    back_patience:
+        After this many stamps in a row that do not advance the next one restarts.
+    continuous: length n_joints
+        Joints whose position wraps at 2 pi; it is unwrapped.
+
+    Raises
+    ------
+    InvalidValueError
+        If there is no joint, a limit is not positive, or there are not as many as joints.
+
+    """
+
+    def __init__(
+        self, n_joints: int, *, max_gap: float = 0.25, max_back: float = 0.5,
+        max_velocity: float | Sequence[float] = 20.0, max_jump: float = 0.02, patience: int = 5,
+        back_patience: int = 20, continuous: Sequence[bool] | None = None,
+    ) -> None:
+        if n_joints < 1:
+            raise InvalidValueError(f'n_joints is {n_joints}; allowed: 1 or more')
+        velocities = ([max_velocity] * n_joints if isinstance(max_velocity, (int, float))
+                      else list(max_velocity))
+        limits: dict[str, Sequence[float]] = {
+            'max_gap': [max_gap], 'max_back': [max_back], 'max_velocity': velocities,
+            'max_jump': [max_jump], 'patience': [patience], 'back_patience': [back_patience]}
+        for name, values in limits.items():
+            for value in values:
+                if not value > 0:
+                    raise InvalidValueError(f'{name} is {value}; allowed: more than 0')
+        if len(velocities) != n_joints:
+            raise InvalidValueError(
+                f'max_velocity has {len(velocities)} values; allowed: one, or {n_joints}')
+        self.n_joints = n_joints
+        self.max_gap = max_gap
+        self.max_back = max_back
+        self.max_velocity = [float(v) for v in velocities]
+        self.max_jump = max_jump
+        self.patience = patience
+        self.back_patience = back_patience
+        wraps = [False] * n_joints if continuous is None else [bool(c) for c in continuous]
+        if len(wraps) != n_joints:
+            raise InvalidValueError(
+                f'continuous has {len(wraps)} values; allowed: {n_joints}')
+        self.wraps = wraps if any(wraps) else None
+        self.refusals: Counter[Reason] = Counter()
+        self.restarts: Counter[str] = Counter()
+        self.longest_gap = 0.0
+        """The longest pause that restarted, s."""
+        self.position = array('d', [math.nan] * n_joints)
+        self.stamp = math.nan
+        """Of the latest good sample of the run; NaN before the first."""
+        self._slowest = min(self.max_velocity)
+        self._shortest = 0.0
+        self._backward = 0
+        self._implausible = 0
+
+    def reset(self) -> None:
+        """Let the next good sample start a new run; the counts stay."""
+        self.stamp = math.nan
+
+    def admit(self, stamp: float, position: array[float]) -> float | Reason:
+        """
+        Judge one sample.
+
+        Parameters
+        ----------
+        stamp:
+            Time of the sample, s.
+        position: length n_joints
+            Measured positions, rad or m; an array that nobody changes from now on.
+
+        Returns
+        -------
+        The time since the last admitted sample in s, or `START`, or why it is refused. Unless
+        refused, the attribute `position` is the unwrapped position.
+
+        """
+        dt = stamp - self.stamp
+        if self._shortest < dt <= self.max_gap and len(position) == self.n_joints:
+            if self.wraps is not None:
+                position = self._unwrapped(position)
+            # The norm bounds each component, and is NaN if any is: it settles most cases.
+            if (math.dist(position, self.position) <= self._slowest * dt + self.max_jump
+                    or self._plausible(position, dt)):
+                self.position = position
+                self.stamp = stamp
+                self._shortest += 1e-3 * (1e-3 * dt - self._shortest)
+                self._backward = self._implausible = 0
+                return dt
+        return self._judge(stamp, position, dt)
+
+    def refuse(self, reason: Reason) -> Reason:
+        """Count a refusal."""
+        self.refusals[reason] += 1
+        return reason
+
+    def _unwrapped(self, position: array[float]) -> array[float]:
+        assert self.wraps is not None
+        return array('d', [
+            q - TURN * round((q - last) / TURN) if wraps and math.isfinite(q) else q
+            for q, last, wraps in zip(position, self.position, self.wraps)])
+
+    def _plausible(self, position: array[float], dt: float) -> bool:
+        return all(abs(q - last) <= limit * dt + self.max_jump for q, last, limit in zip(
+            position, self.position, self.max_velocity))
+
+    def _judge(self, stamp: float, position: array[float], dt: float) -> float | Reason:
+        """Handle whatever is out of the ordinary."""
+        if not math.isfinite(stamp):
+            return self.refuse(Reason.STAMP_NOT_FINITE)
+        if len(position) != self.n_joints:
+            return self.refuse(Reason.WRONG_LENGTH)
+        if not all(map(math.isfinite, position)):
+            return self.refuse(Reason.NOT_FINITE)
+        if max(map(abs, position)) > LARGEST:
+            return self.refuse(Reason.IMPLAUSIBLE_POSITION)
+        if math.isnan(self.stamp):
+            return self._start(stamp, position)
+        if dt <= self._shortest:
+            self._backward += 1
+            if dt < -self.max_back:
+                return self._restart('stamp_jump_back', stamp, position)
+            if self._backward > self.back_patience:
+                return self._restart('stamps_stuck', stamp, position)
+            return self.refuse(Reason.STAMP_NOT_INCREASING)
+        if dt > self.max_gap:
+            self.longest_gap = max(self.longest_gap, dt)
+            return self._restart('gap', stamp, position)
+        self._implausible += 1
+        if self._implausible > self.patience:
+            return self._restart('jump', stamp, position)
+        return self.refuse(Reason.IMPLAUSIBLE_JUMP)
+
+    def _restart(self, reason: str, stamp: float, position: array[float]) -> float:
+        self.restarts[reason] += 1
+        return self._start(stamp, position)
+
+    def _start(self, stamp: float, position: array[float]) -> float:
+        self.position = position
+        self.stamp = stamp
+        self._backward = self._implausible = 0
+        self._shortest = 0.0
+        return START

@@ -1,0 +1,153 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What all estimators share: which samples are taken, and how they are told the result."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from array import array
+from collections.abc import Iterable, Mapping, Sequence
+from math import hypot, nan
+
+from numpy import ndarray
+from numpy.typing import ArrayLike
+
+from .admission import Admission
+from .joint_motion import JointMotion
+from ..errors import InvalidValueError, Reason
+
+EPOCH_SPAN_NS = 10**16
+"""Beyond 116 days a float of seconds resolves less than 2 ns."""
+
+LARGEST_VELOCITY = 1e6
+"""Velocities beyond this (rad/s or m/s) count as not measured."""
+
+
+class JointEstimator(ABC):
+    """
+    Base of the estimators: admits samples, restarts where needed, accounts for each sample.
+
+    Parameters
+    ----------
+    n_joints:
+        Number of joints.
+    delay:
+        Estimates describe the instant `delay` seconds before the latest sample.
+    admission:
+        What decides which samples are taken.
+    min_samples:
+        Samples of a run before the first estimate.
+
+    """
+
+    def __init__(self, n_joints: int, delay: float, admission: Admission,
+                 min_samples: int = 8) -> None:
+        if not 0.0 <= delay <= 1.0:
+            raise InvalidValueError(f'delay is {delay} s; allowed: 0 to 1 s')
+        if min_samples < 1:
+            raise InvalidValueError(f'min_samples is {min_samples}; allowed: 1 or more')
+        self.n_joints = n_joints
+        self.delay = float(delay)
+        self.min_samples = int(min_samples)
+        self.reason: Reason | None = Reason.SETTLING
+        """Why the latest sample led to no estimate; None if it did."""
+        self._admission = admission
+        self._delay_ns = round(delay * 1e9)
+        self._epoch_ns = 0
+
+    def update(self, stamp: float, position: ArrayLike,
+               velocity: ArrayLike | None = None) -> JointMotion | None:
+        """
+        Take one sample; return the motion it leads to, or None (see `reason`).
+
+        Parameters
+        ----------
+        stamp:
+            Time of the sample, s. Subtract a start time in integer nanoseconds first, or use
+            `step`: a float that counts from 1970 resolves only 0.24 us.
+        position: shape (n_joints,)
+            Measured positions, rad or m.
+        velocity: shape (n_joints,)
+            Measured velocities, rad/s or m/s; NaN or None where not measured.
+
+        """
+        outcome = self._take(float(stamp), _row(position),
+                             None if velocity is None else _row(velocity))
+        if isinstance(outcome, Reason):
+            self.reason = outcome
+            return None
+        self.reason = None
+        return outcome
+
+    def step(self, stamp_ns: int, position: Sequence[float],
+             velocity: Sequence[float] | None = None) -> JointMotion | Reason:
+        """
+        Take one sample with a stamp in ns; return the motion it leads to, or why there is none.
+
+        The motion's `stamp_ns` is exact; its `stamp` counts from an epoch of the estimator.
+        """
+        since = stamp_ns - self._epoch_ns
+        if not -EPOCH_SPAN_NS < since < EPOCH_SPAN_NS:
+            self.reset()
+            self._epoch_ns, since = stamp_ns, 0
+        outcome = self._take(since * 1e-9, array('d', position),
+                             None if velocity is None else array('d', velocity))
+        if isinstance(outcome, Reason):
+            self.reason = outcome
+        else:
+            self.reason = None
+            outcome.stamp_ns = stamp_ns - self._delay_ns
+        return outcome
+
+    def reset(self) -> None:
+        """Forget every sample; the counts stay."""
+        self._admission.reset()
+        self.reason = Reason.SETTLING
+
+    @property
+    def refusals(self) -> Mapping[Reason, int]:
+        """How many samples were refused, by reason."""
+        return self._admission.refusals
+
+    @property
+    def restarts(self) -> Mapping[str, int]:
+        """How many runs ended early, by reason."""
+        return self._admission.restarts
+
+    @property
+    def velocity_used(self) -> Sequence[bool]:
+        """Whether the measured velocity of each joint enters the estimate."""
+        return [False] * self.n_joints
+
+    def doubts(self, joint_names: Sequence[str] | None = None) -> list[str]:
+        """Return what is odd about the samples, as short sentences; joints by name or index."""
+        admission = self._admission
+        if not admission.restarts['gap']:
+            return []
+        return [f'pauses of up to {admission.longest_gap:.3g} s, longer than max_gap '
+                f'{admission.max_gap:g} s: begun anew {admission.restarts["gap"]} times']
+
+    @abstractmethod
+    def _take(self, stamp: float, position: array[float],
+              velocity: array[float] | None) -> JointMotion | Reason:
+        """Take one sample, stamp in s."""
+
+    def _measured(self, velocity: array[float]) -> array[float] | None:
+        """Return velocities, NaN where there is none; None if there are too few or many."""
+        if len(velocity) != self.n_joints:
+            return None
+        if hypot(*velocity) < LARGEST_VELOCITY:
+            return velocity
+        return array('d', [v if abs(v) < LARGEST_VELOCITY else nan for v in velocity])
+
+
+def _row(values: ArrayLike) -> array[float]:
+    """Return numbers in a row."""
+    if isinstance(values, ndarray):
+        return array('d', values.ravel().tolist())
+    return array('d', values)   # type: ignore[arg-type]
+
+
+def listed(names: Iterable[object], chosen: Iterable[bool]) -> str:
+    """Return the names of those that are chosen."""
+    return ', '.join(str(name) for name, one in zip(names, chosen) if one)

@@ -1,0 +1,73 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What a recorded velocity adds to a smoothed position, as far as it proves right."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .joint_motion import Array
+from ..core.interval_smoother import IntervalSmoother
+
+AROUND = 0.2
+"""How far to either side both accelerations are compared, s."""
+
+LONGEST_LAG, LARGEST_SCALE = 0.05, 0.1
+"""Lag, s, and share by which a velocity may be too large, that are allowed for."""
+
+EARLY_LAG, LATE_LAG = 1e-3, 5e-3
+"""Lag from which on a velocity is doubted, and by how much more fully, s."""
+
+
+def fused(smoother: IntervalSmoother, times: Array, x: Array, p: Array, position: Array,
+          velocity: Array) -> tuple[Array, Array]:
+    """
+    Return a joint's state and variance, shapes (4, N), with its velocity taken into account.
+
+    Lag and scale are found by regression on the smoothed motion; the velocity, smoothed by the
+    same filters, gives another acceleration; both are averaged by their variances, that of the
+    velocity raised by what disagrees.
+    """
+    measured = np.abs(velocity) < 1e6
+    if measured.mean() < 0.8 or not velocity[measured].any():
+        return x, p
+    velocity = np.where(measured, velocity, x[1])
+    steps, dt = np.diff(position), np.diff(times)
+    back = velocity[1:] * dt - steps
+    noise = np.mean(np.diff(position, 4)**2) / 70.0 if len(position) > 4 else 0.0
+    if np.mean(back**2) < 0.01 * noise:         # merely differenced
+        return x, p
+    off = velocity - x[1]
+    regressors = np.stack([-x[2], x[1]])
+    gram = regressors @ regressors.T + np.diag([1e-9, 1e-7]) * len(times)
+    lag, scale = np.linalg.solve(gram, regressors @ off)
+    lag = min(max(float(lag), 0.0), LONGEST_LAG)
+    scale = min(max(float(scale), -LARGEST_SCALE), LARGEST_SCALE)
+    y, s, rest = np.empty((4, len(times))), np.empty((4, len(times))), np.empty((2, len(times)))
+    smoother.smooth(velocity, 0.0, y, s, rest)
+    at = np.clip(np.searchsorted(times, times + lag), 0, len(times) - 1)
+    h = times + lag - times[at]
+    rate = (y[0, at] + h * (y[1, at] + h / 2 * (y[2, at] + h / 3 * y[3, at]))) / (1 + scale)
+    acceleration = (y[1, at] + h * (y[2, at] + h / 2 * y[3, at])) / (1 + scale)
+    apart = (acceleration - x[2])**2
+    spread = s[1, at] / (1 + scale)**2
+    misfit = np.maximum(
+        _mean_around(times, apart / (p[2] + spread)),
+        _mean_around(times, (rate - x[1])**2 / (p[1] + s[0, at])))
+    late = min(1.0, max(0.0, (lag - EARLY_LAG) / LATE_LAG))
+    spread = spread * np.maximum(1.0, misfit)**2 + late * apart
+    weight = p[2] / (p[2] + spread)
+    x, p = x.copy(), p.copy()
+    x[2] += weight * (acceleration - x[2])
+    x[1] += weight * (rate - x[1])
+    p[2] *= 1.0 - weight
+    p[1] *= 1.0 - weight
+    return x, p
+
+
+def _mean_around(times: Array, values: Array) -> Array:
+    """Return the means of values within `AROUND` of each time."""
+    total = np.append(0.0, np.cumsum(values))
+    first = np.searchsorted(times, times - AROUND)
+    last = np.searchsorted(times, times + AROUND, side='right')
+    return (total[last] - total[first]) / (last - first)  # type: ignore[no-any-return]

@@ -1,0 +1,230 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""How many ticks of the device have passed, and where the stamps' clock has them."""
+
+from __future__ import annotations
+
+from collections import deque
+from math import inf, log
+
+from ..core.device_clock import Line
+
+LONGEST = 2.0
+"""Memory of phase and period, s."""
+
+PAIRS = 256
+"""Pairs of tick and stamp, at most, through which the line is drawn."""
+
+LATE = 12
+"""Stamps in a row that must all be late for their clock to have been set."""
+
+WRONG = 10.0
+"""Log odds up to which positions can be wrong about the ticks that passed."""
+
+MOST_TICKS = 400
+"""Ticks that can pass between two readings."""
+
+
+class TickCounter:
+    """
+    Count ticks by two witnesses: when the reading was stamped, and how far the joints went.
+
+    Stamps are late with a long tail, and early hardly ever. Positions foretell a number of
+    ticks, unless an acceleration came that nobody foresaw, or they are wrong. How often each
+    number has occurred is the third to be heard. The stamps' own clock is a robust line through
+    the pairs of tick and stamp of the last seconds; it never moves a measurement.
+
+    Parameters
+    ----------
+    phase:
+        Stamp of the present tick, s.
+    period:
+        Of the device, by the stamps' clock, s.
+    count:
+        Stamps from which both are known.
+    deviation:
+        Mean deviation of stamps from their ticks, s.
+
+    """
+
+    def __init__(self, phase: float, period: float, count: int, deviation: float) -> None:
+        self.phase, self.period, self.count = phase, period, count
+        self.tick = 0.0
+        self.deviation = self.behind = self.early = deviation
+        self.lean = 0.0
+        """Mean sign of the deviation, of late."""
+        self.sets = 0.0
+        """How often the stamps' clock was set, of late."""
+        self.shift = 0.0
+        """By how much the stamps' clock was set in all, s."""
+        self.line = Line(PAIRS)
+        self._stride = 1
+        self._due = count + 8
+        self._recent: deque[float] = deque(maxlen=LATE)
+        self._before = 0.0
+        self.forget_steps()
+
+    def fresh(self, stamp: float) -> TickCounter:
+        """Return a counter of the same device that begins with a stamp."""
+        counter = TickCounter(stamp, self.period, 1, self.deviation)
+        counter.behind, counter.early = self.behind, self.early
+        counter.often, counter.total = dict(self.often), self.total
+        counter._weight = self._weight
+        return counter
+
+    def forget_steps(self) -> None:
+        """Know no more how often each number of ticks has occurred."""
+        self.often = {1: 9.0}
+        self.total = 10.0
+        self._weight = 1.0
+
+    def usual(self) -> bool:
+        """Whether nearly always one tick passes."""
+        return self.often.get(1, 0.0) > 0.5 * self.total
+
+    def number(self, stamp: float, x: float, foreseen: float, unforeseen: float,
+               same: bool) -> int:
+        """
+        Return the most likely number of ticks since the last reading; 0: it is the same one.
+
+        Parameters
+        ----------
+        stamp:
+            Of the new reading, s.
+        x:
+            Ticks that the joints have travelled.
+        foreseen, unforeseen:
+            Deviation of x from the number of ticks: as usual; for an acceleration that nobody
+            foresaw.
+        same:
+            Whether it can be the same reading.
+
+        """
+        period, lateness = self.period, stamp - self.phase
+        behind, early = max(self.behind, 0.02 * period), max(self.early, 0.01 * period)
+        if (foreseen < 0.3 and unforeseen < 1.0 and -0.35 < x - 1.0 < 0.35
+                and -early < lateness - period < 2 * behind and self.usual()):
+            return 1
+        near = round(lateness / period)
+        candidates = {1, near, near - 1, near + 1}
+        if foreseen < 1.0:
+            by_joints = round(x)
+            candidates |= {by_joints, by_joints - 1, by_joints + 1}
+        best, found = inf, 1
+        for d in sorted(candidates):
+            if d < 0 or d > MOST_TICKS or (d == 0 and not same):
+                continue
+            late = lateness - d * period
+            if late > 0.0:
+                cost = min(late / behind, 8.0)
+            else:       # a reader's stamps may all be late by as much as a tick
+                cost = min(0.5 * (late / early)**2, 6.0 if late > -1.2 * period else 20.0)
+            off = (x - d)**2
+            cost += min(0.5 * off / foreseen**2, 5.0 + 0.5 * off / unforeseen**2, WRONG)
+            cost -= log(max(self.often.get(d, 0.0) / self.total, 0.005))
+            if cost < best - 1e-9:
+                best, found = cost, d
+        return found
+
+    def note(self, d: int) -> None:
+        """Remember that d ticks have passed between two readings."""
+        self._weight *= 1.02
+        self.often[d] = self.often.get(d, 0.0) + self._weight
+        self.total += self._weight
+        if self._weight > 1e6:
+            self.often = {k: w / self._weight for k, w in self.often.items()
+                          if w > 1e-3 * self._weight}
+            self._weight = 1.0
+            self.total = sum(self.often.values())
+
+    def advance(self, d: int, stamp: float, sure: bool) -> float:
+        """
+        Go on by d ticks, at least 1; return by how much the stamp is later than the tick, s.
+
+        `sure`: the line may be drawn through this pair.
+        """
+        self.note(d)
+        period = self.period
+        self.phase += d * period
+        late = stamp - self.phase
+        self.count += 1
+        self.tick += d
+        gain = max(1.0 / self.count, 0.01)
+        most = 7.0 * max(self.deviation, 1e-6)
+        # Of steps, so that an offset is no deviation.
+        self.deviation += (min(0.7 * abs(late - self._before), most) - self.deviation) * gain
+        self._before = late
+        if late > 0.0:
+            self.behind += (min(late, most) - self.behind) * gain
+            self.lean += 0.03 * (1.0 - self.lean)
+        else:
+            self.early += (min(-late, most) - self.early) * gain
+            self.lean += 0.03 * (-1.0 - self.lean)
+        self.sets *= 0.95
+        self._recent.append(late)
+        shift = self._set_by(late) if self.count > 16 else 0.0
+        if shift:
+            self.phase += shift
+            late -= shift
+            self._before = late
+            self._recent.clear()
+            self.sets += 1.0
+            if self.lean * shift > 0.6 * abs(shift):    # so for long: the period is wrong
+                self.forget(24 * self._stride)
+            else:
+                self.shift += shift
+        if sure and self.count % self._stride == 0:
+            self.line.add(self.tick, stamp - self.shift)
+        if self.count >= self._due:
+            self._due = self.count + min(
+                max(8, self.count // 8), max(8, int(0.05 / period)))
+            self._fit()
+        return late
+
+    def _set_by(self, late: float) -> float:
+        """Return by how much the stamps' clock seems to have been set, s."""
+        recent = self._recent
+        tolerance = 0.1 * self.period + 4.0 * self.deviation
+        if late < -3.0 * tolerance - self.period:
+            return late
+        if late < -tolerance:                           # never early: at once
+            if len(recent) > 1 and recent[-2] < -tolerance:
+                return max(late, recent[-2])
+        elif late > tolerance and len(recent) > 3:
+            four = recent[-4], recent[-3], recent[-2], late
+            least = min(four)
+            if least > tolerance and max(four) - least < 0.25 * least:    # late, but evenly so
+                return least
+            if len(recent) == LATE:
+                least = min(recent)
+                if least > tolerance:
+                    return least
+        return 0.0
+
+    def forget(self, last: int) -> None:
+        """Forget all pairs but the latest; the others are not sound."""
+        self.line.keep(max(last // self._stride, 1))
+        self._due = self.count
+
+    def coarsen(self, factor: int) -> None:
+        """Let ticks be longer: all steps were multiples of `factor`."""
+        self.period *= factor
+        self.line.rescale(self.tick, factor)
+        self.tick = 0.0
+        self.forget_steps()
+
+    def go_on_as(self, other: TickCounter) -> None:
+        """Take over the line of a counter of the same period."""
+        self.line, self._stride = other.line, other._stride
+        self.tick, self.shift = other.tick, other.shift
+
+    def _fit(self) -> None:
+        line = self.line
+        if line.full() and line.ticks() < LONGEST / self.period:
+            self._stride *= 2
+            line.thin()
+        if line.pairs() < 16:
+            return
+        phase, period, _ = line.fit(self.tick)
+        if period > 0.2 * self.period:
+            self.phase, self.period = phase + self.shift, period
