@@ -32,7 +32,7 @@ if cython.compiled:
     from cython.cimports.libc.math import cos, fabs, sin, sqrt
     from cython.cimports.libc.string import memcpy
 else:
-    from math import cos, fabs, sin, sqrt
+    from math import copysign, cos, fabs, sin, sqrt
 
 COMPILED = cython.compiled
 KINDS = 'muladd', 'mulsub', 'submul', 'div', 'sqrt', 'sincos'
@@ -115,9 +115,7 @@ def cosine(x: cython.double) -> float:
 @cython.exceptval(check=False)
 def _root(x: cython.double) -> cython.double:
     """Return the square root, NaN of a negative number."""
-    if cython.compiled:
-        return sqrt(x)
-    return sqrt(x) if x >= 0.0 else float('nan')
+    return sqrt(x) if cython.compiled or x >= 0.0 else float('nan')
 
 
 @cython.cfunc
@@ -126,11 +124,11 @@ def _root(x: cython.double) -> cython.double:
 @cython.exceptval(check=False)
 def _quotient(x: cython.double, y: cython.double) -> cython.double:
     """Return x / y, infinite or NaN where y is 0."""
-    if cython.compiled:
+    if cython.compiled or y:
         return x / y
-    if y:
-        return x / y
-    return x * y * float('inf') if x else float('nan')
+    else:
+        return copysign(float('inf'), x) * copysign(1.0, y) if x < 0.0 or x > 0.0 \
+            else float('nan')
 
 
 @cython.cfunc
@@ -338,6 +336,7 @@ class Interpreter:
                     return False
         return True
 
+    @cython.boundscheck(True)
     def evaluate(self, values) -> tuple:
         """Return the outputs of a sample, as floats, from a sequence of floats."""
         i: cython.Py_ssize_t
@@ -356,7 +355,7 @@ class Interpreter:
         else:
             return tuple([self.v[row] for row in self.outputs[:self.n_outputs]])
 
-    def sample(self, parts: tuple) -> dict:
+    def sample(self, parts: tuple) -> dict | None:
         """
         Return the outputs of a sample by names; None if something does not fit.
 

@@ -30,6 +30,11 @@ nogil = _NoGil()
 cclass = cfunc = ccall = inline = final = _same
 
 
+def boundscheck(_: bool) -> Any:
+    """Return a decorator that changes nothing."""
+    return _same
+
+
 def declare(_: Any, value: Any) -> Any:
     """Return the value of a constant."""
     return value

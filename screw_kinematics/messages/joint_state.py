@@ -6,16 +6,17 @@ Decoding of `sensor_msgs/JointState` from the bytes that travel on the wire.
 ROS messages travel as CDR (OMG Common Data Representation, version 1): a header of four
 bytes, then the fields in order, each aligned to its own size counted from the end of that
 header. What one driver sends differs from message to message only in the stamp and the
-numbers, so the layout found in its first message serves all later ones: one comparison and
-one unpacking. The bytes between fields have no defined value and are left out of the
-comparison. Every count and the length are checked again in every message.
+numbers, so the layout found in its first message serves all later ones, which the core reads: one
+comparison, and the numbers from their places. The bytes between fields have no defined value and
+are left out of the comparison. Every count and the length are checked again in every message.
 """
 from __future__ import annotations
 
 from collections.abc import Callable
-from struct import Struct, unpack_from
+from struct import unpack_from
 from typing import NamedTuple
 
+from ..core.cdr import JointStateLayout
 from ..errors import MalformedMessageError
 
 MAX_BYTES = 1 << 18
@@ -28,7 +29,6 @@ _ORIGIN = 4                # alignment counts from here: the end of the CDR head
 _NAMES = _ORIGIN + 8       # end of the stamp, start of frame_id
 _LITTLE_ENDIAN = 0x0100    # the first two bytes of a plain little-endian message
 _SLACK = 12                # serialisers may reserve the alignment of three empty arrays
-_SECOND = 1_000_000_000    # ns
 
 _new_tuple = tuple.__new__
 
@@ -133,8 +133,7 @@ class _Layout:
 
     """
 
-    __slots__ = ('_size', '_end', '_head', '_mask', '_masked_head', '_names', '_unpack',
-                 '_position', '_velocity', '_velocity_count', '_effort_count')
+    __slots__ = ('names', '_read')
 
     def __init__(self, data: bytes, known_names: list[tuple[str, ...]]) -> None:
         mask = bytearray(len(data))
@@ -146,51 +145,27 @@ class _Layout:
             at = _skip_string(data, start, mask)
             parts.append(_text(data, start, at))
         names = tuple(parts)
-        self._names = next((known for known in known_names if known == names), names)
-        positions, values_at = _read_count(data, at, 8, mask)
-        self._end = end = -(-at // 4) * 4 + 4
-        self._head = data[_NAMES:end]
-        self._mask = int.from_bytes(mask[_NAMES:end], 'little')
-        self._masked_head = int.from_bytes(self._head, 'little') & self._mask
-
-        # The numbers, from the stamp to the count of efforts, as one struct.
-        velocities, velocities_at = _read_count(data, values_at + 8 * positions, 8, mask)
-        efforts, efforts_at = _read_count(data, velocities_at + 8 * velocities, 8, mask)
+        self.names = next((known for known in known_names if known == names), names)
+        positions, position_at = _read_count(data, at, 8, mask)
+        velocity_count_at = position_at + 8 * positions
+        velocities, velocity_at = _read_count(data, velocity_count_at, 8, mask)
+        effort_count_at = velocity_at + 8 * velocities
+        efforts, efforts_at = _read_count(data, effort_count_at, 8, mask)
         if len(data) - efforts_at - 8 * efforts > _SLACK:
             raise MalformedMessageError(
                 'JointState', f'it ends after {efforts_at + 8 * efforts} bytes '
                 f'and has {len(data)}')
-        after_count = values_at + 8 * positions + 4
-        self._unpack = Struct(f'<H2xiI{end - _NAMES}x'
-                              f'{values_at - end}x{positions}dI'
-                              f'{velocities_at - after_count}x{velocities}dI').unpack_from
-        self._size = len(data)
-        self._position = slice(3, 3 + positions)
-        self._velocity = slice(4 + positions, 4 + positions + velocities)
-        self._velocity_count = velocities
-        self._effort_count = efforts
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Return the joint names."""
-        return self._names
+        self._read = JointStateLayout(
+            data, bytes(mask), -(-at // 4) * 4 + 4, position_at, positions, velocity_count_at,
+            velocity_at, velocities, effort_count_at).read
 
     def read(self, data: bytes) -> JointSample | None:
         """Return the sample in a message, or None if it is not of this layout."""
-        if len(data) != self._size:
+        found = self._read(data)
+        if found is None:
             return None
-        head = data[_NAMES:self._end]
-        if (head != self._head
-                and int.from_bytes(head, 'little') & self._mask != self._masked_head):
-            return None
-        values = self._unpack(data)
-        if (values[0] != _LITTLE_ENDIAN or values[2] >= _SECOND
-                or values[self._velocity.start - 1] != self._velocity_count
-                or values[-1] != self._effort_count):
-            return None
-        return _new_tuple(JointSample, (
-            values[1] * _SECOND + values[2], self._names,
-            values[self._position], values[self._velocity]))
+        stamp_ns, position, velocity = found
+        return _new_tuple(JointSample, (stamp_ns, self.names, position, velocity))
 
 
 def _read_count(data: bytes, at: int, item: int, mask: bytearray) -> tuple[int, int]:

@@ -127,7 +127,7 @@ class NearbySteps:
                     [*actuated, 0.0, 0.0, *passive, *self._still, *memory])
                 continue
             out = self._whole.evaluate([*actuated, *given, *passive, *memory])
-            size, passive = out[0], out[self._passive]
+            size, passive = out[0], list(out[self._passive])
             if size <= CONVERGED * CONVERGED:
                 break
         else:

@@ -1,0 +1,225 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+# cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True
+# cython: initializedcheck=False
+"""
+Numbers out of serialized joint states, and into serialized stamped messages.
+
+Plain little-endian CDR, on machines that are little-endian themselves. Where things are is found
+by :mod:`screw_kinematics.messages`; here every place is checked to be inside of the message, and
+every count in a message to be the one that the places were found with.
+"""
+from __future__ import annotations
+
+from array import array
+from struct import pack, pack_into, unpack_from
+
+try:
+    import cython
+except ImportError:
+    from . import uncompiled as cython
+if cython.compiled:
+    from cython.cimports.cpython.bytes import PyBytes_FromStringAndSize
+    from cython.cimports.cpython.float import PyFloat_FromDouble
+    from cython.cimports.cpython.ref import Py_INCREF
+    from cython.cimports.cpython.tuple import PyTuple_New, PyTuple_SET_ITEM
+    from cython.cimports.libc.string import memcmp, memcpy
+
+_SECOND = cython.declare(cython.longlong, 1000000000)    # ns
+_STAMP = cython.declare(cython.Py_ssize_t, 4)            # start of the stamp
+_LARGEST = cython.declare(cython.longlong, 1 << 31)        # s, signed in the message
+_HEAD = cython.declare(cython.Py_ssize_t, 12)            # its end: start of what stays the same
+
+
+@cython.cfunc
+@cython.inline
+@cython.exceptval(check=False)
+def _count(data: bytes, at: cython.Py_ssize_t) -> cython.uint:
+    """Return the unsigned number of four bytes at a place."""
+    number: cython.uint = 0
+    if cython.compiled:
+        memcpy(cython.address(number), cython.cast(cython.p_char, data) + at, 4)
+    else:
+        number, = unpack_from('<I', data, at)
+    return number
+
+
+@cython.cfunc
+@cython.inline
+def _reals(data: bytes, at: cython.Py_ssize_t, count: cython.Py_ssize_t) -> tuple:
+    """Return so many floats at a place."""
+    if cython.compiled:
+        i: cython.Py_ssize_t
+        number: cython.double = 0.0
+        source: cython.p_char = cython.cast(cython.p_char, data) + at
+        results: tuple = PyTuple_New(count)
+        for i in range(count):
+            memcpy(cython.address(number), source + 8 * i, 8)
+            x: object = PyFloat_FromDouble(number)
+            Py_INCREF(x)        # the tuple takes a reference
+            PyTuple_SET_ITEM(results, i, x)
+        return results
+    else:
+        return unpack_from(f'<{count}d', data, at)
+
+
+@cython.cclass
+class JointStateLayout:
+    """
+    Where things are in all joint states that differ from an example in stamp and numbers only.
+
+    Parameters
+    ----------
+    example : bytes
+        One of them.
+    mask : bytes
+        As long as the example: 0 where bytes have no defined value.
+    end : int
+        End of the part from the end of the stamp on that stays the same.
+    position_at, positions, velocity_at, velocities : int
+        Where the numbers are, and how many.
+    velocity_count_at, effort_count_at : int
+        Where the counts after positions and velocities are.
+
+    Raises
+    ------
+    ValueError
+        A place is not inside of the example.
+
+    """
+
+    example: bytes
+    mask: bytes
+    size: cython.Py_ssize_t
+    end: cython.Py_ssize_t
+    position_at: cython.Py_ssize_t
+    positions: cython.Py_ssize_t
+    velocity_at: cython.Py_ssize_t
+    velocities: cython.Py_ssize_t
+    velocity_count_at: cython.Py_ssize_t
+    effort_count_at: cython.Py_ssize_t
+
+    def __init__(self, example: bytes, mask: bytes, end: int, position_at: int, positions: int,
+                 velocity_count_at: int, velocity_at: int, velocities: int,
+                 effort_count_at: int) -> None:
+        size = len(example)
+        if not (len(mask) == size and 12 <= end <= size
+                and 0 <= positions <= size and 0 <= position_at <= size - 8 * positions
+                and 0 <= velocities <= size and 0 <= velocity_at <= size - 8 * velocities
+                and 0 <= velocity_count_at <= size - 4 and 0 <= effort_count_at <= size - 4):
+            raise ValueError('a layout that reaches beyond its message')
+        self.example, self.mask, self.size, self.end = example, mask, size, end
+        self.position_at, self.positions = position_at, positions
+        self.velocity_at, self.velocities = velocity_at, velocities
+        self.velocity_count_at, self.effort_count_at = velocity_count_at, effort_count_at
+
+    def read(self, data: bytes) -> tuple | None:
+        """Return stamp [ns], positions and velocities; None of a message that differs more."""
+        if len(data) != self.size or not self._fits(data):
+            return None
+        nanoseconds: cython.longlong = _count(data, _STAMP + 4)
+        if nanoseconds >= _SECOND:
+            return None
+        seconds: cython.longlong = _count(data, _STAMP)
+        if seconds >= _LARGEST:
+            seconds -= 2 * _LARGEST
+        return (seconds * _SECOND + nanoseconds, _reals(data, self.position_at, self.positions),
+                _reals(data, self.velocity_at, self.velocities))
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def _fits(self, data: bytes) -> cython.bint:
+        """Return whether a message, as long as the example, has the same names and counts."""
+        i: cython.Py_ssize_t
+        if (_count(data, self.velocity_count_at) != self.velocities
+                or _count(data, self.effort_count_at)
+                != _count(self.example, self.effort_count_at)):
+            return False
+        if cython.compiled:
+            a: cython.p_uchar = cython.cast(cython.p_uchar, data)
+            b: cython.p_uchar = cython.cast(cython.p_uchar, self.example)
+            mask: cython.p_uchar = cython.cast(cython.p_uchar, self.mask)
+            if a[0] != b[0] or a[1] != b[1]:
+                return False
+            if memcmp(a + _HEAD, b + _HEAD, self.end - _HEAD) == 0:
+                return True
+            for i in range(_HEAD, self.end):
+                if (a[i] ^ b[i]) & mask[i]:
+                    return False
+            return True
+        else:
+            if data[:2] != self.example[:2]:
+                return False
+            return data[12:self.end] == self.example[12:self.end] or not any(
+                (x ^ y) & m for x, y, m in zip(data[12:self.end], self.example[12:self.end],
+                                               self.mask[12:self.end]))
+
+
+@cython.cclass
+class StampedMessage:
+    """
+    A message of a stamp, things that stay the same, and numbers at its end.
+
+    Parameters
+    ----------
+    head : bytes
+        The message up to the numbers; its stamp, bytes 4 to 12, is replaced.
+    order : sequence of int
+        Which of the values each number is.
+
+    Raises
+    ------
+    ValueError
+        The head has no place for a stamp, or the order is negative.
+
+    """
+
+    head: bytes
+    places: cython.Py_ssize_t[::1]
+    count: cython.Py_ssize_t
+    needed: cython.Py_ssize_t
+
+    def __init__(self, head: bytes, order: list) -> None:
+        if len(head) < 12 or min(order, default=0) < 0:
+            raise ValueError('a message without a stamp, or a negative place of a value')
+        self.head, self.count, self.needed = head, len(order), max(order, default=-1) + 1
+        self.places = memoryview(array('q', [*order, 0]))
+
+    @cython.boundscheck(True)
+    def write(self, stamp_ns: cython.longlong, values: object) -> bytes | None:
+        """
+        Return the message; None of a stamp that does not fit.
+
+        Raises
+        ------
+        ValueError
+            There are fewer values than the message has numbers.
+
+        """
+        i: cython.Py_ssize_t
+        if not -_LARGEST * _SECOND <= stamp_ns < _LARGEST * _SECOND:
+            return None
+        if len(values) < self.needed:
+            raise ValueError(f'{self.needed} values are needed, not {len(values)}')
+        seconds: cython.longlong = stamp_ns // _SECOND
+        nanoseconds: cython.longlong = stamp_ns - seconds * _SECOND
+        if nanoseconds < 0:        # C rounds towards zero
+            seconds, nanoseconds = seconds - 1, nanoseconds + _SECOND
+        if cython.compiled:
+            size: cython.Py_ssize_t = len(self.head)
+            stamp = cython.declare(cython.int[2])
+            number: cython.double = 0.0
+            message: bytes = PyBytes_FromStringAndSize(cython.NULL, size + 8 * self.count)
+            target: cython.p_char = cython.cast(cython.p_char, message)
+            memcpy(target, cython.cast(cython.p_char, self.head), size)
+            stamp[0], stamp[1] = seconds, nanoseconds
+            memcpy(target + _STAMP, stamp, 8)
+            for i in range(self.count):
+                number = values[self.places[i]]
+                memcpy(target + size + 8 * i, cython.address(number), 8)
+            return message
+        else:
+            body = bytearray(self.head)
+            pack_into('<iI', body, 4, seconds, nanoseconds)
+            return bytes(body) + pack(f'<{self.count}d', *[
+                values[self.places[i]] for i in range(self.count)])
