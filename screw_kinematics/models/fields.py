@@ -91,7 +91,7 @@ def number(value: Any) -> float | None:
     """
     Return a finite float, or None where the value is not one.
 
-    Text is accepted, since XML and guarded YAML have nothing else.
+    Text is accepted, since XML and guarded YAML have nothing else; symbols are left alone.
 
     Examples
     --------
@@ -99,6 +99,8 @@ def number(value: Any) -> float | None:
     (0.001, None, None)
 
     """
+    if hasattr(value, 'free_symbols'):
+        return value    # type: ignore[no-any-return]
     if isinstance(value, bool) or not isinstance(value, (int, float, str)):
         return None
     if isinstance(value, str) and '_' in value:     # Python reads 1_000, XML does not

@@ -58,7 +58,9 @@ class Units:
         return cls(units.choice('length', _LENGTHS, 'm'), units.choice('angle', _ANGLES, 'rad'))
 
     def length(self, value: float) -> float:
-        """Return a length in m."""
+        """Return a length in m; one that is a symbol stands for metres."""
+        if hasattr(value, 'free_symbols'):
+            return value
         numerator, denominator = _LENGTHS[self.length_unit]
         return value * numerator / denominator
 

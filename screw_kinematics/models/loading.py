@@ -3,13 +3,16 @@
 """One way in for every kind of robot description."""
 from __future__ import annotations
 
+from collections.abc import Callable
 import os
 from pathlib import Path
+from typing import Any
 
 from .fields import listed
 from .guarded_xml import MAX_BYTES
 from .guarded_yaml import read_yaml
 from .model_file import robot_from_data
+from .parameters import with_parameters
 from .urdf import load_urdf
 from .uri import local_path
 from .xacro_file import expand, split_arguments
@@ -21,7 +24,8 @@ ENDINGS = ('.yaml', '.yml', '.urdf', '.xacro')
 
 
 def load(uri: str | os.PathLike[str], base_frame: str | None = None,
-         tip_frame: str | None = None) -> SerialChain | ParallelManipulator:
+         tip_frame: str | None = None,
+         symbol: Callable[[str], Any] | None = None) -> SerialChain | ParallelManipulator:
     """
     Return the robot a file describes.
 
@@ -34,6 +38,9 @@ def load(uri: str | os.PathLike[str], base_frame: str | None = None,
     base_frame, tip_frame : str, optional
         Frames the motion is measured between. Default: what a model file says; the root
         link and the only leaf of a URDF.
+    symbol : callable, optional
+        Makes a symbol of the name of a length; those that a model file of an open chain
+        names then stay symbols, for formulas. Default: lengths are numbers.
 
     Returns
     -------
@@ -68,7 +75,10 @@ def load(uri: str | os.PathLike[str], base_frame: str | None = None,
     content = _content(source, path)
     if ending == '.urdf':
         return load_urdf(content, base_frame, tip_frame, source)
-    return robot_from_data(read_yaml(source, content), source, path.stem, base_frame, tip_frame)
+    data = read_yaml(source, content)
+    closed = isinstance(data, dict) and 'limbs' in data
+    data = with_parameters(data, source, None if closed else symbol)
+    return robot_from_data(data, source, path.stem, base_frame, tip_frame)
 
 
 def _content(source: str, path: Path) -> bytes:

@@ -42,6 +42,9 @@ row may follow another one, ``mimic: {joint: turn, multiplier: 2, offset: 0}``; 
 multiplier is a ratio of SI values, the offset in the file's units. ``velocity_limit`` is the
 largest speed that the maker states, in the file's units per second.
 
+A number may be the name of a parameter, with a sign or a factor: ``parameters: {a: 250}`` and
+``xyz: [2*a, 0, -a]``. In the formulas of ``derive`` lengths so named stay symbols.
+
 In limbs, ``position`` is what the joint reads in the drawn posture, 0 unless given; a joint
 with a ``mimic`` reads what that says. A universal joint is two revolute joints ``foot_1_a``
 and ``foot_1_b`` about the ``axes``, a spherical joint three, by default about x, y and z. A

@@ -12,15 +12,25 @@ import numpy as np
 from .closed_posture import ClosedPosture, posture_of
 from .limbs import Limbs
 from .loop_closure import close_loops
-from .outputs import ORDERS, output_sizes, trace_outputs
 from .posture_tracker import Stream
-from ..chains.compiled import checked_outputs
 from ..errors import ClosureError, InvalidValueError
+from ..programs.instructions import StraightLine
 from ..programs.program import Program
+from ..programs.quantities import ALL, checked_outputs, find_quantity, order_of
+from ..programs.tracing import Graph, straight_line
+from ..screws.body_state import BodyState
+from ..screws.rigid import pose_from_row
 from ..screws.se3 import Array
 
 if TYPE_CHECKING:
     from .manipulator import ParallelManipulator
+
+__all__ = ['OUTPUTS', 'ParallelProgram']
+
+OUTPUTS = tuple(q.name for q in ALL if q.name not in ('screws', 'coriolis_lie'))
+"""Names of the outputs there are."""
+FURTHER = ('jacobian', 'passive_position', 'passive_velocity')
+"""What is read after pose and states, in this order, where asked for."""
 
 
 class ParallelProgram(Program):
@@ -48,11 +58,11 @@ class ParallelProgram(Program):
 
     def __init__(self, manipulator: ParallelManipulator, outputs: Iterable[str],
                  axes: str = 'base', pole: str = 'tip') -> None:
-        outputs = checked_outputs(outputs, axes, pole, ORDERS)
-        order = max(ORDERS[output] for output in outputs)
+        outputs = checked_outputs(outputs, axes, pole, OUTPUTS)
+        order = order_of(outputs)
         dof, passive = manipulator.dof, len(manipulator.passive_joint_names)
         line, names = trace_outputs(outputs, order, dof, passive, axes, pole)
-        super().__init__(line, output_sizes(outputs, dof, passive), manipulator.joint_names,
+        super().__init__(line, _sizes(outputs, dof, passive), manipulator.joint_names,
                          order, axes, pole, manipulator.base_frame, manipulator.tip_frame,
                          names)
         self.passive_joint_names = manipulator.passive_joint_names
@@ -172,3 +182,57 @@ class ParallelProgram(Program):
         if 'passive_velocity' in self.slices:
             numbers = [*numbers, *solved.passive_rates[:n]]
         return self._machine.evaluate(numbers)
+
+
+def _sizes(outputs: Sequence[str], dof: int, passive: int) -> dict[str, int]:
+    """Return how many numbers each output has."""
+    return {name: find_quantity(name, OUTPUTS).size(dof, passive=passive) for name in outputs}
+
+
+def trace_outputs(outputs: Sequence[str], order: int, dof: int, passive: int, axes: str,
+                  pole: str) -> tuple[StraightLine, list[str]]:
+    """
+    Return the program from solved quantities to the outputs asked for.
+
+    Parameters
+    ----------
+    outputs : sequence of str
+        Any of OUTPUTS.
+    order : int
+        Number of reduced states.
+    dof, passive : int
+        Numbers of actuated and of passive joints.
+    axes, pole : {'base', 'tip'}
+        Whose axes, and about which point, the six-vectors are.
+
+    Returns
+    -------
+    line : StraightLine
+        Reads position and rotation of the platform, its reduced states about its frame's
+        origin in base axes; then, if among the outputs, the Jacobian, and positions and
+        velocities of the passive joints.
+    names : list of str
+        Of what it reads.
+
+    """
+    sizes = _sizes(outputs, dof, passive)
+    read = {'pose': 12, 'state': 6 * order, **{n: sizes[n] for n in FURTHER if n in outputs}}
+    inputs = Graph().inputs(sum(read.values()))
+    parts = dict(zip(read, np.split(inputs, np.cumsum(list(read.values()))[:-1])))
+    pose = pose_from_row(parts['pose'])
+
+    def seen(*fields: Array) -> BodyState:
+        return BodyState(pose, fields, pose[:3, 3]).about(pole).expressed_in(axes)
+
+    state = seen(*parts['state'].reshape(order, 6))
+    values: list[Any] = []
+    for name in outputs:
+        if name == 'jacobian':
+            # Columns are twists per unit rate: they go to other poles and axes as states do.
+            values += seen(parts[name].reshape(6, dof).T).velocity.T.ravel().tolist()
+        elif name in parts:
+            values += parts[name].tolist()
+        else:
+            values += find_quantity(name, OUTPUTS).of(state).tolist()
+    return straight_line(len(inputs), values), [
+        f'{name}{k}' for name, size in read.items() for k in range(size)]

@@ -13,6 +13,7 @@ from .c_text import c_header, c_source
 from .instructions import StraightLine
 from .machine import machine
 from .python_text import python_source
+from .quantities import find_quantity
 from ..errors import InvalidValueError, ShapeError, UnknownNameError
 from ..screws.se3 import Array
 
@@ -22,15 +23,8 @@ MEANINGS = {
     'q': 'positions [rad, m]',
     'qd': 'velocities [rad/s, m/s]',
     **{key: f'{what} [rad/s^{n}, m/s^{n}]' for n, (key, what) in enumerate(
-        zip(DERIVATIVES[2:], ('accelerations', 'jerks', 'snaps')), start=2)},
-    'pose': 'position [m], then rotation from tip to base coordinates, by rows',
-    'twist': 'angular and linear velocity [rad/s, m/s]',
-    'jacobian': 'twist per joint velocity, 6 rows',
-    **{prefix + key: f'{words} {what} [rad/s^{n}, m/s^{n}]'
-       for prefix, words in (('', 'angular and classical linear'), ('reduced_', 'reduced'))
-       for n, (key, what) in enumerate(
-           (('accel', 'acceleration'), ('jerk', 'jerk'), ('snap', 'snap')), start=2)}}
-"""What the arrays are, for comments in source text."""
+        zip(DERIVATIVES[2:], ('accelerations', 'jerks', 'snaps')), start=2)}}
+"""What the arrays of joints are, for comments in source text."""
 
 
 class Program:
@@ -184,7 +178,7 @@ class Program:
         rows = [f'{name}: motion of {self.tip_frame} relative to {self.base_frame}. '
                 'SI units.', '', f'Joints: {", ".join(self.joint_names) or "none"}.']
         rows += [f'{key}: joint {MEANINGS[key]}' for key in DERIVATIVES[:self.order + 1]]
-        rows += [f'{key}: {MEANINGS[key]}' for key in self.outputs]
+        rows += [f'{key}: {find_quantity(key, self.outputs).described()}' for key in self.outputs]
         if set(self.outputs) != {'pose'}:
             rows += ['', f'Six-vectors: angular first, axes of {self._frame(self.axes)}, '
                      f'reference point at the origin of {self._frame(self.pole)}.']

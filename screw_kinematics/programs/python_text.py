@@ -3,7 +3,7 @@
 """The program as the text of one Python function of floats, which needs nothing but ``math``."""
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 import math
 from typing import Any
 
@@ -49,6 +49,58 @@ def python_source(line: StraightLine, input_names: Sequence[str], name: str = 'e
     rows += [f'    {target} = {expression}' for target, expression in text.body]
     rows += [f'    return {", ".join(text.outputs)},']
     return '\n'.join(rows) + '\n'
+
+
+def named_source(line: StraightLine, name: str, inputs: Mapping[str, int],
+                 outputs: Mapping[str, int], comment: str = '') -> str:
+    """
+    Return the text of a Python function whose parameters and results have names.
+
+    Parameters
+    ----------
+    line : StraightLine
+        The program.
+    name : str
+        Name of the function.
+    inputs, outputs : mapping of str to int
+        Names of the sequences it takes and of those in the dictionary it returns, and how
+        many numbers each has.
+    comment : str
+        What it computes, for its docstring.
+
+    Returns
+    -------
+    str
+
+    Examples
+    --------
+    >>> from screw_kinematics.programs.tracing import Graph, straight_line
+    >>> x, y = Graph().inputs(2)
+    >>> print(named_source(straight_line(2, [x.sin() * y, x]), 'f', {'q': 2}, {'a': 2}))
+    def f(q):
+        q1, q2, = q
+        return {
+            'a': (q2 * sin(q1), q1),
+        }
+    <BLANKLINE>
+
+    """
+    names = [f'{key}{k}' for key, n in inputs.items() for k in range(1, n + 1)]
+    text = assignments(line, names)
+    rows = [f'def {name}({", ".join(inputs)}):']
+    if comment:
+        safe = comment.replace('\\', '\\\\').replace('"', "'")     # names hold anything
+        rows += [f'    {row}'.rstrip() for row in ['"""', *safe.splitlines(), '', '"""']]
+    for key, n in inputs.items():
+        if n:
+            rows.append(f'    {", ".join(f"{key}{k}" for k in range(1, n + 1))}, = {key}')
+    rows += [f'    {target} = {expression}' for target, expression in text.body]
+    rows.append('    return {')
+    values = iter(text.outputs)
+    for key, n in outputs.items():
+        rows.append(f'        {key!r}: ({", ".join(next(values) for _ in range(n))}'
+                    + (',' if n == 1 else '') + '),')
+    return '\n'.join([*rows, '    }', ''])
 
 
 def python_function(line: StraightLine, sin: Callable[..., Any], cos: Callable[..., Any],

@@ -1,79 +1,224 @@
 # Copyright screw_kinematics contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The quantities that formulas are derived for: names, components, meaning, units."""
+"""
+The quantities of a tip's motion: the one table of names, orders, sizes, words, units, symbols.
+
+Compiled programs, formulas, source text, tables and figures name them alike.
+"""
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from typing import NamedTuple
 
-from ..errors import UnknownNameError
+from ..errors import InvalidValueError, UnknownNameError
+from ..screws.body_state import BodyState
+from ..screws.reference import check_axes, FRAMES
+from ..screws.se3 import Array
+
+__all__ = ['ALL', 'checked_outputs', 'find_quantity', 'NAMES', 'order_of', 'Part', 'Quantity',
+           'SIX_VECTORS']
+
+PER_SECOND = ('', '/s', '/s^2', '/s^3', '/s^4')
 
 
-class Quantity(NamedTuple):
+class Part(NamedTuple):
+    """
+    The angular or the linear part of a quantity.
+
+    ``symbol`` and ``latex`` stand for it in formulas, ``title`` over a figure; ``unit`` is in
+    SI.
+    """
+
+    symbol: str
+    latex: str
+    unit: str
+    title: str
+
+
+@dataclass(frozen=True)
+class Quantity:
     """
     A quantity.
 
-    Attributes
+    Parameters
     ----------
     name : str
         As the outputs of compiled chains are called.
     order : int
         Highest derivative of the joint positions in it.
     meaning : str
-    parts : tuple of (str, str, str)
-        For the angular and the linear part: symbol, symbol in LaTeX, unit.
+        In words.
+    parts : tuple of Part
+        Angular (or first) and linear (or second) part; none of what belongs to joints.
+    reduced : bool
+        Whether it is the reduced state of its order, not the classical motion of a point.
+    per : {'', 'joint', 'measured joint', 'passive joint'}
+        What there is one of it for; '' if there is one in all.
 
     """
 
     name: str
     order: int
     meaning: str
-    parts: tuple[tuple[str, str, str], ...]
+    parts: tuple[Part, ...] = ()
+    reduced: bool = False
+    per: str = ''
+
+    @property
+    def is_state(self) -> bool:
+        """Whether it is a six-vector of a body's state."""
+        return bool(self.order) and len(self.parts) == 2 and not self.per \
+            and self.name != 'coriolis_lie'
+
+    def size(self, dof: int, joints: int = 0, passive: int = 0) -> int:
+        """
+        Return how many numbers it has.
+
+        Parameters
+        ----------
+        dof, joints, passive : int
+            Numbers of measured joints, of all joints of a chain, and of passive joints.
+
+        Returns
+        -------
+        int
+
+        """
+        if self.name == 'pose':
+            return 12
+        each = 1 if self.per == 'passive joint' else 6
+        return each * {'': 1, 'joint': joints, 'measured joint': dof,
+                       'passive joint': passive}[self.per]
+
+    def of(self, state: BodyState) -> Array:
+        """
+        Return the quantity of a state, about the state's pole and in its axes.
+
+        Parameters
+        ----------
+        state : BodyState
+            Of at least this order.
+
+        Returns
+        -------
+        array, shape (..., 6), or (..., 4, 4) of the pose
+
+        """
+        if self.name == 'pose':
+            return state.pose
+        return state.reduced[self.order - 1] if self.reduced else state.classical(self.order)
 
     def components(self) -> list[str]:
-        """Return the names of the six components: w_x, ..."""
-        return [f'{symbol}_{axis}' for symbol, _, _ in self.parts for axis in 'xyz']
+        """
+        Return the names of the components: w_x, ...
 
-    def described(self) -> str:
-        """Return its meaning and its units."""
-        return f'{self.meaning} ({", ".join(f"{s} in {unit}" for s, _, unit in self.parts)})'
+        Returns
+        -------
+        list of str
+
+        """
+        if self.name == 'pose':
+            return [f'p_{a}' for a in 'xyz'] + [f'R_{i}{j}' for i in '123' for j in '123']
+        return [f'{part.symbol}_{axis}' for part in self.parts for axis in 'xyz']
 
     def latex_components(self) -> list[str]:
-        """Return the LaTeX symbols of the six components."""
-        return [f'{symbol}_{{{axis}}}' for _, symbol, _ in self.parts for axis in 'xyz']
+        """
+        Return the LaTeX symbols of the components.
+
+        Returns
+        -------
+        list of str
+
+        """
+        if self.name == 'pose':
+            return [f'p_{{{a}}}' for a in 'xyz'] + [
+                f'R_{{{i}{j}}}' for i in '123' for j in '123']
+        return [f'{part.latex}_{{{axis}}}' for part in self.parts for axis in 'xyz']
+
+    def described(self) -> str:
+        """
+        Return its meaning and its units.
+
+        Returns
+        -------
+        str
+
+        """
+        if not self.parts:
+            return self.meaning
+        units = ', '.join(f'{part.symbol} in {part.unit}' for part in self.parts)
+        return f'{self.meaning} ({units})'
 
 
-_ALPHA = ('alpha', r'\alpha', 'rad/s^2')
-_RHO = ('rho', r'\rho', 'rad/s^3')
-_SIGMA = ('sigma', r'\sigma', 'rad/s^4')
+def _pair(order: int, angular: tuple[str, str, str], linear: tuple[str, str]) -> tuple[Part, ...]:
+    unit = PER_SECOND[order]
+    symbol, latex, title = angular
+    return (Part(symbol, latex, f'rad{unit}', title),
+            Part(linear[0], linear[0], f'm{unit}', linear[1]))
 
-POSE = Quantity('pose', 0, 'position p, then rotation matrix R of the tip frame, row by row',
-                (('p', 'p', 'm'), ('R', 'R', '1')))
-SIX_VECTORS = (
+
+_W = ('w', r'\omega', 'angular velocity w')
+_ALPHA = ('alpha', r'\alpha', 'angular acceleration')
+_RHO = ('rho', r'\rho', 'angular jerk')
+_SIGMA = ('sigma', r'\sigma', 'angular snap')
+
+ALL = (
+    Quantity('pose', 0, 'position p, then rotation matrix R of the tip frame, row by row', (
+        Part('p', 'p', 'm', 'position p'),
+        Part('R', 'R', '1', 'orientation (x: roll, y: pitch, z: yaw)'))),
     Quantity('twist', 1, 'angular velocity w and linear velocity v',
-             (('w', r'\omega', 'rad/s'), ('v', 'v', 'm/s'))),
+             _pair(1, _W, ('v', 'linear velocity v'))),
     Quantity('accel', 2, 'angular acceleration alpha and classical linear acceleration a',
-             (_ALPHA, ('a', 'a', 'm/s^2'))),
+             _pair(2, _ALPHA, ('a', 'acceleration a'))),
     Quantity('reduced_accel', 2, 'reduced acceleration state: alpha, and A = a - w x v',
-             (_ALPHA, ('A', 'A', 'm/s^2'))),
+             _pair(2, _ALPHA, ('A', 'reduced acceleration a - w x v')), reduced=True),
     Quantity('jerk', 3, 'angular jerk rho and classical linear jerk j',
-             (_RHO, ('j', 'j', 'm/s^3'))),
+             _pair(3, _RHO, ('j', 'jerk j'))),
     Quantity('reduced_jerk', 3, 'reduced jerk state: rho, and J = j - 2 alpha x v - w x a',
-             (_RHO, ('J', 'J', 'm/s^3'))),
+             _pair(3, _RHO, ('J', 'reduced jerk, dual part')), reduced=True),
     Quantity('snap', 4, 'angular snap sigma and classical linear snap s',
-             (_SIGMA, ('s', 's', 'm/s^4'))),
+             _pair(4, _SIGMA, ('s', 'snap s'))),
     Quantity('reduced_snap', 4,
              'reduced snap state: sigma, and S = s - 3 rho x v - 3 alpha x a - w x j',
-             (_SIGMA, ('S', 'S', 'm/s^4'))),
+             _pair(4, _SIGMA, ('S', 'reduced snap, dual part')), reduced=True),
+    Quantity('screws', 0, 'unit screws [w; v] of the joints, from base to tip', per='joint'),
+    Quantity('jacobian', 0, 'twist [w; v] of the unit rate of each measured joint',
+             per='measured joint'),
+    Quantity('coriolis_lie', 1, 'Coriolis-Lie term: reduced acceleration at zero joint '
+             'accelerations', (Part('alpha_L', r'\alpha^{L}', 'rad/s^2', 'Coriolis-Lie term'),
+                               Part('A_L', 'A^{L}', 'm/s^2', 'Coriolis-Lie term')),
+             reduced=True),
+    Quantity('passive_position', 0, 'positions of the passive joints [rad, m]',
+             per='passive joint'),
+    Quantity('passive_velocity', 1, 'velocities of the passive joints [rad/s, m/s]',
+             per='passive joint'),
 )
-NAMES = tuple(quantity.name for quantity in (POSE, *SIX_VECTORS))
+"""Every quantity."""
+SIX_VECTORS = tuple(quantity for quantity in ALL if quantity.is_state)
+"""Those that are six-vectors of a body's state."""
+NAMES = tuple(quantity.name for quantity in ALL if quantity.per != 'passive joint')
+"""Names of what an open chain has."""
+_BY_NAME = {quantity.name: quantity for quantity in ALL}
 _LONG = {'velocity': 'twist', 'acceleration': 'accel',
          'reduced_acceleration': 'reduced_accel', 'jounce': 'snap', 'reduced_jounce':
          'reduced_snap'}
 
 
-def find_quantity(name: str) -> Quantity:
+def find_quantity(name: str, known: Iterable[str] = NAMES) -> Quantity:
     """
     Return a quantity by its name, short or long.
+
+    Parameters
+    ----------
+    name : str
+        For instance 'accel' or 'acceleration'.
+    known : iterable of str
+        Short names that are allowed.
+
+    Returns
+    -------
+    Quantity
 
     Raises
     ------
@@ -86,8 +231,75 @@ def find_quantity(name: str) -> Quantity:
     'accel'
 
     """
+    known = tuple(known)
     short = _LONG.get(name, name)
-    for quantity in (POSE, *SIX_VECTORS):
-        if quantity.name == short:
-            return quantity
-    raise UnknownNameError('quantity', name, (*NAMES, *_LONG))
+    if short not in known:
+        raise UnknownNameError(
+            'quantity', name, (*known, *(a for a, b in _LONG.items() if b in known)))
+    return _BY_NAME[short]
+
+
+def checked_outputs(outputs: Iterable[str], axes: str, pole: str,
+                    known: Iterable[str] = NAMES) -> tuple[str, ...]:
+    """
+    Return the names of a program's outputs, after checking them, axes and pole.
+
+    Parameters
+    ----------
+    outputs : str or iterable of str
+        At least one, each once.
+    axes, pole : {'base', 'tip'}
+        Whose axes, and about which point, six-vectors are.
+    known : iterable of str
+        Names that are allowed.
+
+    Returns
+    -------
+    tuple of str
+
+    Raises
+    ------
+    UnknownNameError, InvalidValueError
+        An output, the axes or the pole are unknown, or an output is asked for twice.
+
+    Examples
+    --------
+    >>> checked_outputs('twist', 'base', 'tip')
+    ('twist',)
+
+    """
+    known = tuple(known)
+    outputs = (outputs,) if isinstance(outputs, str) else tuple(outputs)
+    if not outputs:
+        raise InvalidValueError(f'no outputs asked for; known: {", ".join(known)}')
+    for output in outputs:
+        if output not in known:
+            raise UnknownNameError('output', output, known)
+        if outputs.count(output) > 1:
+            raise InvalidValueError(f'output {output!r} is asked for more than once')
+    check_axes(axes)
+    if pole not in FRAMES:
+        raise UnknownNameError('pole', pole, FRAMES)
+    return outputs
+
+
+def order_of(outputs: Sequence[str]) -> int:
+    """
+    Return the highest derivative of the joint positions that some outputs need.
+
+    Parameters
+    ----------
+    outputs : sequence of str
+        Names of quantities.
+
+    Returns
+    -------
+    int
+
+    Examples
+    --------
+    >>> order_of(['pose', 'jerk'])
+    3
+
+    """
+    return max((_BY_NAME[output].order for output in outputs), default=0)

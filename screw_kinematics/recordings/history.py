@@ -6,11 +6,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from ..programs.quantities import SIX_VECTORS
 from ..screws.se3 import Array
 
-ORDERS = {'twist': 1, 'accel': 2, 'reduced_accel': 2, 'jerk': 3, 'reduced_jerk': 3,
-          'snap': 4, 'reduced_snap': 4}
-QUANTITIES = ('pose', *ORDERS)
+QUANTITIES = ('pose', *(quantity.name for quantity in SIX_VECTORS))
 
 
 @dataclass(frozen=True)

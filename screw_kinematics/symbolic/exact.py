@@ -4,7 +4,9 @@
 Chains whose geometry is exact: fractions, roots and symbols instead of floats.
 
 Results in formulas then read ``x`` and not ``1.0*x``, and a cosine that is zero leaves
-nothing behind. Needs the extra ``symbolic``.
+nothing behind. Descriptions often write pi / 2 with eleven digits or fewer; formulas of such
+numbers would be many times as long, so numbers that close to a simple one are taken as that.
+Needs the extra ``symbolic``.
 """
 from __future__ import annotations
 
@@ -18,23 +20,39 @@ from typing import Any
 import numpy as np
 
 from ..chains.dh import CONVENTIONS, DHRow, place_rows
-from ..chains.joint import Joint, Mimic
+from ..chains.joint import Joint
 from ..chains.serial_chain import SerialChain
 from ..errors import InvalidValueError, MissingExtraError, UnknownNameError
-from ..screws.se3 import Array, rotation_about
+from ..screws.rotations import rotation_about
+from ..screws.se3 import Array
 
 try:
     import sympy
 except ImportError as error:
     raise MissingExtraError('sympy', 'symbolic', 'exact geometry') from error
 
+__all__ = ['DHJoint', 'NEAR', 'dh_chain', 'elementwise', 'exact_chain', 'exact_decimal',
+           'sympy_array']
+
+NEAR = 1e-9
+"""Angles [rad] and coefficients this close to a simple one are that one, unless told not to."""
 _ROUNDING = 4 * sys.float_info.epsilon
-_PICOMETRE = 12
+_PICOMETRE, _MICROMETRE = 12, 6
+_TWELFTHS = 12      # of pi: the multiples of 15 degrees
 
 
 def sympy_array(x: Any) -> Array:
     """
     Return an object array of SymPy objects.
+
+    Parameters
+    ----------
+    x : array_like
+        Numbers, symbols, or text of them.
+
+    Returns
+    -------
+    array of object, shape of x
 
     Examples
     --------
@@ -42,16 +60,27 @@ def sympy_array(x: Any) -> Array:
     array([1, 2], dtype=object)
 
     """
-    return np.asarray(each(sympy.sympify, np.array(x, dtype=object)))
+    return np.asarray(elementwise(sympy.sympify, np.array(x, dtype=object)))
 
 
-def each(function: Callable[[Any], Any], x: Any) -> Any:
+def elementwise(function: Callable[[Any], Any], x: Any) -> Any:
     """
     Return an object array (or a single object) of a function's value for each element.
 
+    Parameters
+    ----------
+    function : callable
+        Of one element.
+    x : array_like
+        What it is applied to.
+
+    Returns
+    -------
+    array of object, shape of x
+
     Examples
     --------
-    >>> each(sympy.sqrt, [4, 2])
+    >>> elementwise(sympy.sqrt, [4, 2])
     array([2, sqrt(2)], dtype=object)
 
     """
@@ -62,17 +91,20 @@ def each(function: Callable[[Any], Any], x: Any) -> Any:
     return out[()]
 
 
-def exact_chain(chain: SerialChain) -> SerialChain:
+def exact_chain(chain: SerialChain, tolerance: float = NEAR) -> SerialChain:
     """
     Return a chain whose geometry is exact numbers or expressions, never floats.
 
-    Lengths become the decimal numbers they were written as, to 1e-12 m; components of
-    directions that are square roots of simple fractions are recognised as such.
+    Directions within the tolerance of square roots of simple fractions, or of angles that are
+    multiples of pi / 12, are these; lengths become the decimal numbers they were written as.
 
     Parameters
     ----------
     chain : SerialChain
         Its geometry may be floats, SymPy expressions, or both.
+    tolerance : float
+        What a component of a direction, or a length [m], may be off by; 0 for no more than
+        rounding errors.
 
     Returns
     -------
@@ -85,16 +117,21 @@ def exact_chain(chain: SerialChain) -> SerialChain:
     array([sqrt(2)/2, 0, sqrt(2)/2], dtype=object)
 
     """
+    def length(x: Any) -> Any:
+        return exact_decimal(x, tolerance)
+
     def exact_joint(joint: Joint) -> Joint:
         mimic = joint.mimic
         if mimic is not None:
-            mimic = Mimic(mimic.joint, exact_length(mimic.multiplier), exact_length(mimic.offset))
-        return replace(joint, axis=each(_cosine, joint.axis), mimic=mimic,
-                       point=each(exact_length, joint.point), pitch=exact_length(joint.pitch))
+            mimic = replace(mimic, multiplier=length(mimic.multiplier),
+                            offset=length(mimic.offset))
+        return replace(joint, axis=_direction(joint.axis, tolerance), mimic=mimic,
+                       point=elementwise(length, joint.point), pitch=length(joint.pitch))
 
     T = chain.T_base_tool
     exact_T = np.concatenate([np.concatenate(
-        [each(_cosine, T[:3, :3]), each(exact_length, T[:3, 3:])], axis=1),
+        [*(_direction(T[:3, k], tolerance)[:, None] for k in range(3)),
+         elementwise(length, T[:3, 3:])], axis=1),
         sympy_array([[0, 0, 0, 1]])])
     return SerialChain([exact_joint(joint) for joint in chain.joints], exact_T,
                        chain.base_frame, chain.tip_frame, chain.name)
@@ -176,23 +213,72 @@ def dh_chain(rows: Sequence[DHJoint], convention: str = 'standard',
     return SerialChain(joints, last, name=name)
 
 
-def exact_length(x: Any) -> Any:
-    """Return the decimal number a float was written as."""
-    if isinstance(x, sympy.Basic):
-        return x
-    return sympy.Rational(repr(round(float(x), _PICOMETRE)))
+def exact_decimal(x: Any, tolerance: float = NEAR) -> Any:
+    """
+    Return the decimal number a float was written as.
 
+    Parameters
+    ----------
+    x : float or expression
+        The floats in an expression are replaced.
+    tolerance : float
+        Off by less than this from a number of six decimals, it is that number.
 
-def _cosine(x: Any) -> Any:
-    """Return a float of a direction or rotation as a root of a simple fraction, if it is."""
+    Returns
+    -------
+    expression
+
+    Examples
+    --------
+    >>> exact_decimal(0.25), exact_decimal(0.2999999999959), exact_decimal(0.1234567891)
+    (1/4, 3/10, 1234567891/10000000000)
+
+    """
     if isinstance(x, sympy.Basic):
-        return x
+        return _without_floats(x)
     x = float(x)
+    short = round(x, _MICROMETRE)
+    return sympy.Rational(repr(
+        short if abs(x - short) <= tolerance else round(x, _PICOMETRE)))
+
+
+def _without_floats(x: Any) -> Any:
+    return x.xreplace({f: _root(float(f), _ROUNDING) or exact_decimal(float(f), 0.0)
+                       for f in x.atoms(sympy.Float)})
+
+
+def _root(x: float, tolerance: float) -> Any:
+    """Return the root of a simple fraction that a float is within a tolerance, or None."""
     square = Fraction(x * x).limit_denominator(100)
-    if abs(math.sqrt(square) - abs(x)) <= _ROUNDING:
-        root = sympy.sqrt(sympy.Rational(square.numerator, square.denominator))
-        return -root if x < 0 else root
-    return sympy.Rational(repr(x))
+    if abs(math.sqrt(square) - abs(x)) > max(tolerance, _ROUNDING):
+        return None
+    root = sympy.sqrt(sympy.Rational(square.numerator, square.denominator))
+    return -root if x < 0 else root
+
+
+def _turn(angle: float, tolerance: float) -> Any:
+    """Return the multiple of pi / 12 that an angle is within a tolerance, or None."""
+    twelfths = round(angle * _TWELFTHS / math.pi)
+    if abs(angle - twelfths * math.pi / _TWELFTHS) > max(tolerance, _ROUNDING):
+        return None
+    return sympy.pi * sympy.Rational(twelfths, _TWELFTHS)
+
+
+def _direction(vector: Array, tolerance: float) -> Array:
+    """Return a unit vector by roots of fractions, or by two angles, or as it is."""
+    if vector.dtype == object:
+        return sympy_array([_without_floats(sympy.sympify(x)) for x in vector])
+    x, y, z = vector.tolist()
+    roots = [_root(c, tolerance) for c in (x, y, z)]
+    if None not in roots and sum(root ** 2 for root in roots) == 1:
+        return sympy_array(roots)
+    level = math.hypot(x, y)
+    azimuth = _turn(math.atan2(y, x), tolerance) if level > tolerance else sympy.Integer(0)
+    height = _turn(math.atan2(z, level), tolerance)
+    if azimuth is None or height is None:
+        return sympy_array([sympy.Rational(repr(c)) for c in (x, y, z)])
+    return sympy_array([sympy.cos(azimuth) * sympy.cos(height),
+                        sympy.sin(azimuth) * sympy.cos(height), sympy.sin(height)])
 
 
 def _angle(x: Any) -> Any:
@@ -209,5 +295,5 @@ def _displacement(axis: Sequence[int], angle: Any, distance: Any) -> Array:
     direction = sympy_array(axis)
     T = sympy_array(np.eye(4, dtype=int))
     T[:3, :3] = sympy_array(rotation_about(direction, sympy_array(_angle(angle))))
-    T[:3, 3] = direction * exact_length(distance)
+    T[:3, 3] = direction * exact_decimal(distance, 0.0)
     return T

@@ -21,7 +21,7 @@ from typing import Any
 
 import numpy as np
 
-from .exact import dh_chain, DHJoint, each, exact_chain, sympy_array
+from .exact import elementwise, exact_chain, NEAR, sympy_array
 from ..chains.serial_chain import SerialChain
 from ..errors import MissingExtraError
 from ..screws.body_state import BodyState
@@ -33,8 +33,7 @@ try:
 except ImportError as error:
     raise MissingExtraError('sympy', 'symbolic', 'symbolic kinematics') from error
 
-__all__ = ['DHJoint', 'coordinates', 'dh_chain', 'exact_chain', 'simplify', 'six_vector',
-           'state']
+__all__ = ['joint_symbols', 'parameter', 'simplify', 'six_vector', 'symbolic_state']
 
 _POWERS = 16     # of sines and cosines; a state of order 4 of six joints stays below
 
@@ -66,7 +65,29 @@ def six_vector(name: str) -> Array:
     return sympy_array(sympy.symbols(names, real=True))
 
 
-def coordinates(count: int, order: int = 2) -> list[Array]:
+def parameter(name: str) -> Any:
+    """
+    Return the real symbol of a parameter, such as a length.
+
+    Parameters
+    ----------
+    name : str
+        What it is called.
+
+    Returns
+    -------
+    symbol
+
+    Examples
+    --------
+    >>> parameter('a').is_real
+    True
+
+    """
+    return sympy.Symbol(name, real=True)
+
+
+def joint_symbols(count: int, order: int = 2) -> list[Array]:
     """
     Return symbols for joint positions and their derivatives.
 
@@ -85,7 +106,7 @@ def coordinates(count: int, order: int = 2) -> list[Array]:
 
     Examples
     --------
-    >>> coordinates(2, order=1)
+    >>> joint_symbols(2, order=1)
     [array([q1, q2], dtype=object), array([qd1, qd2], dtype=object)]
 
     """
@@ -93,9 +114,10 @@ def coordinates(count: int, order: int = 2) -> list[Array]:
             for k in range(order + 1)]
 
 
-def state(chain: SerialChain, order: int = 2, simplified: bool = True) -> BodyState:
+def symbolic_state(chain: SerialChain, order: int = 2, simplified: bool = True,
+                   tolerance: float = NEAR) -> BodyState:
     """
-    Return the state of a chain in the symbols of :func:`coordinates`.
+    Return the state of a chain in the symbols of :func:`joint_symbols`.
 
     Parameters
     ----------
@@ -105,6 +127,8 @@ def state(chain: SerialChain, order: int = 2, simplified: bool = True) -> BodySt
         Highest order, 1 (velocity) to 4 (jounce).
     simplified : bool
         See :func:`simplify`; the formulas of long arms simplify slowly and little.
+    tolerance : float
+        As of :func:`.exact.exact_chain`.
 
     Returns
     -------
@@ -116,12 +140,12 @@ def state(chain: SerialChain, order: int = 2, simplified: bool = True) -> BodySt
     >>> from screw_kinematics import Joint
     >>> crank = SerialChain([Joint('q1', 'revolute', axis=(0, 0, 1))],
     ...                     [[1, 0, 0, 2], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]])
-    >>> state(crank).classical(2)[3]
+    >>> symbolic_state(crank).classical(2)[3]
     -2*qd1**2*cos(q1) - 2*qdd1*sin(q1)
 
     """
-    q, *rates = coordinates(chain.dof, order)
-    found = exact_chain(chain).state(q, *rates)
+    q, *rates = joint_symbols(chain.dof, order)
+    found = exact_chain(chain, tolerance).state(q, *rates)
     pose, tip = sympy_array(found.pose), sympy_array(found.pole_in_base)
     reduced = [sympy_array(x) for x in found.reduced]
     if simplified:
@@ -163,7 +187,7 @@ def simplify(x: Any, rates: Iterable[Any] = ()) -> Any:
         return sum(_trigonometric(c) * sympy.prod([s ** n for s, n in zip(present, powers)])
                    for powers, c in terms)
 
-    return each(one, x)
+    return elementwise(one, x)
 
 
 def _trigonometric(expression: Any) -> Any:

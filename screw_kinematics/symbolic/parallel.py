@@ -1,15 +1,16 @@
 # Copyright screw_kinematics contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-Velocity and acceleration equations of a parallel manipulator as formulas.
+Equations of velocity, acceleration and jerk of a parallel manipulator as formulas.
 
 Each limb is written with exact geometry at a general posture. A joint beyond which only
 the platform's pose matters is placed from the platform, as ``p + R b``; others from the
 base. So the wrench of a leg reads as the unit line between its ends, and
 
-    {W; V} = {W; $} q'            {W; A} = {W; $} q'' + {W; L}
+    {W; V} = {W; $} q'      {W; A} = {W; $} q'' + {W; L}      {W; J} = {W; $} q''' + {W; K}
 
-are the equations of the literature, with L the sum of ``[$_i, $_j] q_i' q_j'``, i < j.
+are the equations of the literature, with L the sum of ``[$_i, $_j] q_i' q_j'``, i < j, and K
+what positions, rates and accelerations of all joints of a limb contribute to its jerk.
 Needs the extra ``symbolic``.
 """
 from __future__ import annotations
@@ -20,8 +21,8 @@ from typing import Any
 
 import numpy as np
 
-from .exact import exact_chain, exact_length, sympy_array
-from .expressions import coordinates
+from .exact import exact_chain, exact_decimal, sympy_array
+from .expressions import joint_symbols
 from .wrench_forms import closed_postures, constant_work, wrench_forms, WrenchForm
 from ..chains.joint import Joint
 from ..chains.posture import Posture
@@ -30,7 +31,8 @@ from ..errors import MissingExtraError
 from ..parallel.closed_posture import ClosedPosture
 from ..parallel.manipulator import ParallelManipulator
 from ..screws.screw import prismatic_screw, unit_screw
-from ..screws.se3 import Array, cross, klein_form, lie_product
+from ..screws.se3 import Array, cross, klein_form
+from ..screws.states import chain_states
 
 try:
     import sympy
@@ -38,8 +40,10 @@ except ImportError as error:
     raise MissingExtraError('sympy', 'symbolic', 'formulas of parallel robots') from error
 
 
+ORDER = 3
+"""Highest order of the equations: the jerk."""
 MOVES = 1e-9
-"""Largest component [rad/s, m/s; rad/s^2, m/s^2] that counts as always zero."""
+"""Largest component of a state that counts as always zero."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,8 +88,8 @@ class LimbFormulas:
         From base to platform.
     screws : list of array, shape (6,)
         Of these joints about the platform point.
-    rates : list of expression
-        Of these joints.
+    rates : list of list of expression
+        Velocities of these joints, then their accelerations.
     wrenches : list of Wrench
 
     """
@@ -93,16 +97,27 @@ class LimbFormulas:
     name: str
     joints: list[str]
     screws: list[Array]
-    rates: list[Any]
+    rates: list[list[Any]]
     wrenches: list[Wrench]
 
-    def lie_products(self) -> Array:
-        """Return L: the platform's reduced acceleration at constant joint rates."""
-        total, twist = sympy_array([0] * 6), sympy_array([0] * 6)
-        for screw, rate in zip(self.screws, self.rates):
-            total = total + lie_product(twist, rate * screw)
-            twist = twist + rate * screw
-        return np.asarray(total)
+    def bias(self, order: int) -> Array:
+        """
+        Return the platform's reduced state at zero derivatives of an order of the joints.
+
+        L for order 2, K for order 3.
+
+        Parameters
+        ----------
+        order : {2, 3}
+            Of the state.
+
+        Returns
+        -------
+        array, shape (6,)
+
+        """
+        zero = sympy_array([0] * len(self.joints))
+        return chain_states(self.screws, [*self.rates[:order - 1], zero])[-1]
 
 
 class ParallelFormulas:
@@ -116,36 +131,37 @@ class ParallelFormulas:
     Attributes
     ----------
     q, theta : list of array
-        Symbols of the actuated and of the passive joints: positions, rates, accelerations.
+        Symbols of the actuated and of the passive joints: positions, rates, ...; of the
+        actuated ones to the order of the jerk, of the passive ones one less.
     position : array, shape (3,)
         Of the platform; components that do not change are numbers.
     rotation : array, shape (3, 3)
         By 9 symbols; in a plane by the angle ``phi``, constant where nothing turns.
     moving : list of list of int
-        Components of the twist, and of the reduced acceleration, that are not always zero.
+        Components of twist, reduced acceleration and reduced jerk that are not always zero.
     limbs : list of LimbFormulas
 
     """
 
     def __init__(self, robot: ParallelManipulator) -> None:
         self.robot = robot
-        self.q = coordinates(robot.dof, 2)
+        self.q = joint_symbols(robot.dof, ORDER)
         self.theta = [sympy_array([
             sympy.Symbol(f'theta{"d" * k}{i + 1}', real=True)
-            for i in range(len(robot.passive_joint_names))]) for k in range(3)]
+            for i in range(len(robot.passive_joint_names))]) for k in range(ORDER)]
         postures = closed_postures(robot)
-        rates = np.random.default_rng(0).normal(size=(len(postures), 2, robot.dof))
+        rates = np.random.default_rng(0).normal(size=(len(postures), ORDER, robot.dof))
         states = np.array([robot.rates(posture, *rate)[0]
                            for posture, rate in zip(postures, rates)])
         self.moving = [[k for k in range(6) if np.abs(states[:, n, k]).max() > MOVES]
-                       for n in range(2)]
+                       for n in range(ORDER)]
         self.position, self.rotation = self._pose(robot.home.pose)
         self._count = 0
         self.limbs = [self._limb(limb, postures) for limb in robot.limbs]
 
     def _pose(self, home: Array) -> tuple[Array, Array]:
         names = [sympy.Symbol(f'p_{axis}', real=True) for axis in 'xyz']
-        position = sympy_array([names[k] if 3 + k in self.moving[0] else exact_length(home[k, 3])
+        position = sympy_array([names[k] if 3 + k in self.moving[0] else exact_decimal(home[k, 3])
                                 for k in range(3)])
         turning = [k for k in self.moving[0] if k < 3]
         upright = np.allclose(home[:3, :3], np.eye(3), atol=1e-12)
@@ -195,9 +211,10 @@ class ParallelFormulas:
     def _limb(self, limb: SerialChain, postures: Sequence[ClosedPosture]) -> LimbFormulas:
         axes, points = ([sympy_array(x) for x in part] for part in self._placed(limb))
         screws = [sympy_array(prismatic_screw(axis) if joint.kind == 'prismatic'
-                              else unit_screw(axis, point, exact_length(joint.pitch)))
+                              else unit_screw(axis, point, exact_decimal(joint.pitch)))
                   for joint, axis, point in zip(limb.joints, axes, points)]
-        rates = list(exact_chain(limb).joint_values(self._symbols(limb, 1), 1))
+        rates = [list(exact_chain(limb).joint_values(self._symbols(limb, n), n))
+                 for n in range(1, ORDER)]
         wrenches = [self._wrench(limb, form, axes, points, screws, postures)
                     for form in wrench_forms(self.robot, limb, postures)]
         return LimbFormulas(limb.name, [joint.name for joint in limb.joints], screws, rates,
@@ -222,7 +239,7 @@ class ParallelFormulas:
             if name in self.robot.joint_names and not form.constraint:
                 constant = constant_work(form, self.robot, limb, column, postures)
                 # By the end of the line that makes it plainer.
-                work[self.robot.joint_names.index(name)] = exact_length(constant) \
+                work[self.robot.joint_names.index(name)] = exact_decimal(constant) \
                     if constant is not None else min(
                         (self._work(limb, name, end, screws) for end in ends),
                         key=lambda x: (len(x.free_symbols & set(self.position)),
@@ -242,7 +259,7 @@ class ParallelFormulas:
         total = sympy.Integer(0)
         for joint, screw in zip(limb.joints, screws):
             if joint.source == name:
-                factor = 1 if joint.mimic is None else exact_length(joint.mimic.multiplier)
+                factor = 1 if joint.mimic is None else exact_decimal(joint.mimic.multiplier)
                 total += factor * klein_form(wrench, screw)
         forces = sorted((s for s in total.free_symbols if s.name[0] == 'f'), key=str)
         return sympy.collect(sympy.expand(total), forces)

@@ -3,25 +3,32 @@
 """
 Formulas as text: LaTeX to read, Python and C to run.
 
-What SymPy's printers make of the expressions of :mod:`~screw_kinematics.symbolic`, with
-common subexpressions shared. For a fast program of a whole robot see
+Expressions of SymPy are traced like the package's own: common terms are shared, and the
+writers of programs write them. For a program of a whole robot see
 :meth:`~screw_kinematics.SerialChain.compile`, which needs no SymPy.
 """
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 import keyword
+from math import prod
 import re
 from typing import Any
 
 import numpy as np
 
 from ..errors import InvalidValueError, MissingExtraError
+from ..programs.instructions import StraightLine
+from ..programs.statements import assignments
+from ..programs.tracing import Graph, straight_line
+from ..screws.vectors import cos, sin
 
 try:
     import sympy
 except ImportError as error:
     raise MissingExtraError('sympy', 'symbolic', 'writing formulas') from error
+
+__all__ = ['c_source', 'latex', 'python_source', 'traced']
 
 _DOTS = {1: r'\dot', 2: r'\ddot', 3: r'\dddot', 4: r'\ddddot'}
 _COORDINATE = re.compile(r'(q|theta)(d{0,4})(\d+)')
@@ -71,7 +78,7 @@ def python_source(name: str, outputs: Mapping[str, Any],
     Returns
     -------
     str
-        Source text of the function, after ``import math``.
+        Source text, with what it imports.
 
     Raises
     ------
@@ -82,23 +89,23 @@ def python_source(name: str, outputs: Mapping[str, Any],
     --------
     >>> x, y = sympy.symbols('x y')
     >>> print(python_source('area', {'value': sympy.sin(x) * y}))
-    import math
+    from math import cos, sin, sqrt
     <BLANKLINE>
     <BLANKLINE>
     def area(x, y):
         return {
-            'value': y*math.sin(x),
+            'value': y * sin(x),
         }
     <BLANKLINE>
 
     """
-    shared, values, symbols = _shared(name, outputs, arguments)
-    lines = ['import math', '', '', f'def {name}({", ".join(map(str, symbols))}):']
-    lines += [f'    {symbol} = {sympy.pycode(x)}' for symbol, x in shared]
+    body, values, symbols = _statements(name, outputs, arguments)
+    lines = ['from math import cos, sin, sqrt', '', '',
+             f'def {name}({", ".join(map(str, symbols))}):']
+    lines += [f'    {target} = {expression}' for target, expression in body]
     lines += ['    return {']
     for key, value in values.items():
-        text = sympy.pycode(value) if isinstance(value, sympy.Basic) else \
-            '[' + ', '.join(sympy.pycode(x) for x in value) + ']'
+        text = value if isinstance(value, str) else f'[{", ".join(value)}]'
         lines.append(f'        {key!r}: {text},')
     return '\n'.join([*lines, '    }', ''])
 
@@ -135,26 +142,85 @@ def c_source(name: str, outputs: Mapping[str, Any],
     <BLANKLINE>
     void area(double x, double y, double value[1])
     {
-        value[0] = y*sin(x);
+        value[0] = y * sin(x);
     }
     <BLANKLINE>
 
     """
-    shared, values, symbols = _shared(name, outputs, arguments)
-    flat = {key: [value] if isinstance(value, sympy.Basic) else value
-            for key, value in values.items()}
+    body, values, symbols = _statements(name, outputs, arguments)
+    flat = {key: [value] if isinstance(value, str) else value for key, value in values.items()}
     parameters = [f'double {s}' for s in symbols]
     parameters += [f'double {key}[{len(value)}]' for key, value in flat.items()]
     lines = ['#include <math.h>', '', f'void {name}({", ".join(parameters)})', '{']
-    lines += [f'    const double {symbol} = {sympy.ccode(x)};' for symbol, x in shared]
-    lines += [f'    {key}[{i}] = {sympy.ccode(x)};'
-              for key, value in flat.items() for i, x in enumerate(value)]
+    lines += [f'    const double {target} = {expression};' for target, expression in body]
+    lines += [f'    {key}[{i}] = {expression};'
+              for key, value in flat.items() for i, expression in enumerate(value)]
     return '\n'.join([*lines, '}', ''])
 
 
-def _shared(name: str, outputs: Mapping[str, Any], arguments: Sequence[Any] | None) \
-        -> tuple[list[Any], dict[str, Any], list[Any]]:
-    """Return common subexpressions, what is left of each output, and the arguments."""
+def traced(values: Sequence[Any], symbols: Sequence[Any]) -> StraightLine:
+    """
+    Return the straight-line program of expressions.
+
+    Parameters
+    ----------
+    values : sequence of expression
+        Made of numbers, symbols, sums, products, powers, sines, cosines and tangents.
+    symbols : sequence of symbols
+        What the program reads, in order.
+
+    Returns
+    -------
+    StraightLine
+
+    Raises
+    ------
+    InvalidValueError
+        An expression has a symbol that is not among these, or a function of another kind.
+
+    Examples
+    --------
+    >>> x, y = sympy.symbols('x y')
+    >>> traced([sympy.sin(x) * y, sympy.sin(x)], [x, y]).count()
+    {'mul': 1, 'sin': 1}
+
+    """
+    inputs = Graph().inputs(len(symbols))
+    known: dict[Any, Any] = dict(zip(symbols, inputs))
+    expressions = [sympy.sympify(x).replace(sympy.tan, lambda a: sympy.sin(a) / sympy.cos(a))
+                   for x in values]
+    for expression in expressions:
+        for node in sympy.postorder_traversal(expression):
+            if node not in known:
+                known[node] = _value(node, known)
+    return straight_line(len(symbols), [known[expression] for expression in expressions])
+
+
+def _value(node: Any, known: Mapping[Any, Any]) -> Any:
+    """Return what a node of an expression is, its operands known."""
+    if node.is_number:
+        return float(node)
+    operands = [known[argument] for argument in node.args]
+    if node.is_Add:
+        return sum(operands[1:], operands[0])
+    if node.is_Mul:
+        return prod(operands[1:], start=operands[0])
+    if node.is_Pow and node.exp.is_number:
+        twice = round(float(2 * node.exp))
+        if twice == 2 * node.exp:
+            base = operands[0]
+            whole = prod([base] * (abs(twice) // 2), start=base.sqrt() if twice % 2 else 1.0)
+            return 1.0 / whole if twice < 0 else whole
+    if isinstance(node, (sympy.sin, sympy.cos)):
+        return (sin if isinstance(node, sympy.sin) else cos)(operands[0])
+    what = 'symbol' if node.is_Symbol else 'expression'
+    raise InvalidValueError(f'the {what} {node} cannot be written as a program of the symbols '
+                            f'{", ".join(map(str, (s for s in known if s.is_Symbol)))}')
+
+
+def _statements(name: str, outputs: Mapping[str, Any], arguments: Sequence[Any] | None) \
+        -> tuple[tuple[tuple[str, str], ...], dict[str, Any], list[Any]]:
+    """Return assignments, the expressions of each output after them, and the arguments."""
     arrays = {key: np.asarray(value, dtype=object) for key, value in outputs.items()}
     flat = [sympy.sympify(x) for value in arrays.values() for x in value.ravel()]
     present = set().union(*(x.free_symbols for x in flat))
@@ -168,14 +234,17 @@ def _shared(name: str, outputs: Mapping[str, Any], arguments: Sequence[Any] | No
         if not word.isidentifier() or not word.isascii() or keyword.iskeyword(word):
             raise InvalidValueError(f'{name}: {word!r} is no identifier of Python and C')
     taken = {*map(str, symbols), *outputs}
-    fresh = (s for s in sympy.numbered_symbols('t') if str(s) not in taken)
-    shared, reduced = sympy.cse(flat, symbols=fresh)
+    letter = 't'
+    while any(word.startswith(letter) for word in taken):
+        letter += 't'
+    text = assignments(traced(flat, symbols), list(map(str, symbols)),
+                       (letter + '{}').format, reuse=False)
     values, start = {}, 0
     for key, array in arrays.items():
-        part = reduced[start:start + array.size]
-        values[key] = part if array.ndim else part[0]
+        part = text.outputs[start:start + array.size]
+        values[key] = list(part) if array.ndim else part[0]
         start += array.size
-    return shared, values, symbols
+    return text.body, values, symbols
 
 
 def _natural(symbol: Any) -> list[Any]:

@@ -42,9 +42,11 @@ class Model(argparse.Action):
                 joined_arguments(file, {name: value for name, _, value in words}))
 
 
-def load(arguments: argparse.Namespace) -> Any:
+def load(arguments: argparse.Namespace, symbolic: bool = False) -> Any:
     """
     Return the robot of the options; print what was passed over in its description.
+
+    Lengths that a model file names stay symbols if wanted.
 
     Raises
     ------
@@ -52,7 +54,12 @@ def load(arguments: argparse.Namespace) -> Any:
         The model cannot be read.
 
     """
-    robot = models.load(arguments.robot, base_frame=arguments.base, tip_frame=arguments.tip)
+    symbol = None
+    if symbolic:
+        from ..symbolic.expressions import parameter
+        symbol = parameter
+    robot = models.load(arguments.robot, base_frame=arguments.base, tip_frame=arguments.tip,
+                        symbol=symbol)
     for warning in robot.warnings:
         print(f'{arguments.robot}: {warning}', file=sys.stderr)
     return robot

@@ -80,7 +80,8 @@ def test_the_comment_names_frames_joints_and_units():
                         tip_frame='fork')
     text = chain.compile(('pose', 'accel'), axes='tip', pole='base').source('c_header')
     for part in ('motion of fork relative to floor', 'Joints: lift', 'rad/s^2, m/s^2',
-                 'axes of fork', 'reference point at the origin of floor', 'pose: position [m]'):
+                 'axes of fork', 'reference point at the origin of floor',
+                 'pose: position p, then rotation'):
         assert part in text
 
 

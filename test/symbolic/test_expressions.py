@@ -17,7 +17,7 @@ symbolic = pytest.importorskip('screw_kinematics.symbolic')
 DHJoint = symbolic.DHJoint
 
 A = sympy.Symbol('a', positive=True)
-(Q1, Q2, Q3), (U1, U2, U3), (W1, W2, W3) = symbolic.coordinates(3)
+(Q1, Q2, Q3), (U1, U2, U3), (W1, W2, W3) = symbolic.joint_symbols(3)
 S1, C1, S13, C13 = sympy.sin(Q1), sympy.cos(Q1), sympy.sin(Q1 + Q3), sympy.cos(Q1 + Q3)
 
 
@@ -37,7 +37,7 @@ def floats_in(*arrays):
 
 def test_rpr_position_and_velocity_in_closed_form():
     """The paper's example with its errors corrected: a c13 q3' in v_y, no q2 in 2$3."""
-    state = symbolic.state(rpr())
+    state = symbolic.symbolic_state(rpr())
     assert list(state.pose[:3, 3]) == [Q2 * C1 + A * C13, Q2 * S1 + A * S13, 0]
     assert list(state.velocity) == [
         0, 0, U1 + U3,
@@ -48,7 +48,7 @@ def test_rpr_position_and_velocity_in_closed_form():
 
 def test_rpr_acceleration_in_closed_form():
     """Screws times accelerations plus the Coriolis-Lie term, and nothing else."""
-    acceleration = symbolic.state(rpr()).reduced_acceleration
+    acceleration = symbolic.symbolic_state(rpr()).reduced_acceleration
     coriolis = [
         -S1 * U1 * U2 + Q2 * C1 * U1 * U3 + S1 * U2 * U3,
         C1 * U1 * U2 + Q2 * S1 * U1 * U3 - C1 * U2 * U3]
@@ -63,10 +63,10 @@ def test_rpr_acceleration_in_closed_form():
 def test_rpr_to_jounce_is_the_derivative_of_the_position():
     t = sympy.Symbol('t')
     functions = [sympy.Function(f'f{i}')(t) for i in (1, 2, 3)]
-    coordinates = symbolic.coordinates(3, 4)
+    coordinates = symbolic.joint_symbols(3, 4)
     back = {f.diff(t, k): c[i] for k, c in enumerate(coordinates)
             for i, f in enumerate(functions)}
-    state = symbolic.state(rpr(), 4)
+    state = symbolic.symbolic_state(rpr(), 4)
     assert not floats_in(*state.reduced)
     position = sympy.Matrix([functions[1] * sympy.cos(functions[0])
                              + A * sympy.cos(functions[0] + functions[2]),
@@ -109,7 +109,7 @@ def test_dh_chain_with_symbols_has_the_pose_of_the_dh_product(convention):
             DHJoint(kind='prismatic', theta=np.pi / 3, alpha=-np.pi / 2)]
     chain = symbolic.dh_chain(rows, convention)
     assert not floats_in(chain.T_base_tool)
-    q = symbolic.coordinates(3, 0)[0]
+    q = symbolic.joint_symbols(3, 0)[0]
     product = np.eye(4, dtype=int)
     for row, value in zip(rows, q):
         angle, shift = (row.theta, row.d + value) if row.kind == 'prismatic' else \
@@ -154,9 +154,9 @@ def test_puma_from_symbolic_rows_is_the_puma_of_the_model_file():
 def test_formulas_of_robots_are_exact_and_give_the_numbers_of_the_chain(name):
     chain = robots.robot(name)
     motion = robots.random_motion(3, chain.dof, order=2)
-    state = symbolic.state(chain, simplified=False)
+    state = symbolic.symbolic_state(chain, simplified=False)
     assert not floats_in(state.pose, *state.reduced)
-    symbols = np.concatenate(symbolic.coordinates(chain.dof, 2))
+    symbols = np.concatenate(symbolic.joint_symbols(chain.dof, 2))
     function = sympy.lambdify(list(symbols), [*state.velocity, *state.reduced_acceleration],
                               cse=True)
     expected = chain.state(*motion)
@@ -166,8 +166,8 @@ def test_formulas_of_robots_are_exact_and_give_the_numbers_of_the_chain(name):
 
 
 def test_simplified_formulas_of_the_puma_gather_parallel_axes():
-    state = symbolic.state(robots.robot('puma560'), 1)
-    q, qd = symbolic.coordinates(6, 1)
+    state = symbolic.symbolic_state(robots.robot('puma560'), 1)
+    q, qd = symbolic.joint_symbols(6, 1)
     assert state.velocity[2] == (
         qd[0] + qd[3] * sympy.cos(q[1] + q[2])
         + qd[4] * sympy.sin(q[3]) * sympy.sin(q[1] + q[2])
@@ -180,9 +180,9 @@ def test_helical_and_mimic_joints_stay_exact():
     chain = SerialChain([
         Joint('q1', 'helical', axis=(0, 0, 1), pitch=h),
         Joint('q2', 'revolute', axis=(1, 0, 1), point=(0.1, 0, 0), mimic=Mimic('q1', -2, 0.5))])
-    state = symbolic.state(chain, 2)
+    state = symbolic.symbolic_state(chain, 2)
     assert not floats_in(state.pose, *state.reduced)
-    values = {h: 0.2, **dict(zip(np.ravel(symbolic.coordinates(1)), (0.3, 0.7, -1.1)))}
+    values = {h: 0.2, **dict(zip(np.ravel(symbolic.joint_symbols(1)), (0.3, 0.7, -1.1)))}
     numeric = SerialChain([
         Joint('q1', 'helical', axis=(0, 0, 1), pitch=0.2), chain.joints[1]])
     expected = numeric.state([0.3], [0.7], [-1.1])

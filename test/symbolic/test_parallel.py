@@ -30,7 +30,7 @@ def moment(name, seed):
     manipulator, rng = load(name), np.random.default_rng(seed)
     posture = manipulator.posture(
         manipulator.home.actuated + rng.uniform(-0.1, 0.1, manipulator.dof))
-    rates = rng.normal(size=(2, manipulator.dof))
+    rates = rng.normal(size=(3, manipulator.dof))
     states, passive = manipulator.rates(posture, *rates)
     return posture, rates, passive, states
 
@@ -75,10 +75,10 @@ def test_screws_are_those_of_the_limbs(name, seed):
 
 
 @cases
-def test_equations_of_velocity_and_acceleration(name, seed):
-    (_, rates, _, (twist, acceleration)), known = moment(name, seed), values(name, seed)
+def test_equations_of_velocity_acceleration_and_jerk(name, seed):
+    (_, rates, _, (twist, *higher)), known = moment(name, seed), values(name, seed)
     for limb in formulas(name).limbs:
-        bias = evaluated(limb.lie_products(), known)
+        bias = [evaluated(limb.bias(n), known) for n in (2, 3)]
         for wrench in limb.wrenches:
             screw = evaluated(wrench.screw, known)
             work = np.zeros(load(name).dof)
@@ -86,8 +86,10 @@ def test_equations_of_velocity_and_acceleration(name, seed):
             assert wrench.constraint == (not wrench.work)
             np.testing.assert_allclose(
                 se3.klein_form(screw, twist), work @ rates[0], atol=1e-10)
-            np.testing.assert_allclose(se3.klein_form(screw, acceleration),
-                                       work @ rates[1] + se3.klein_form(screw, bias), atol=1e-10)
+            for state, rate, known_part in zip(higher, rates[1:], bias):
+                np.testing.assert_allclose(
+                    se3.klein_form(screw, state),
+                    work @ rate + se3.klein_form(screw, known_part), atol=1e-9)
 
 
 @cases
@@ -123,7 +125,7 @@ def test_the_row_of_a_leg_is_its_unit_line(seed):
 def test_the_motor_of_a_planar_limb_works_with_its_lever():
     """0.3 (cos q f_y - sin q f_x), in the plane of the angle phi alone."""
     found = formulas('planar_3rrr')
-    assert found.moving == [[2, 3, 4], [2, 3, 4]]
+    assert found.moving == [[2, 3, 4]] * 3
     for k, limb in enumerate(found.limbs):
         wrench, q = limb.wrenches[0], found.q[0][k]
         fx, fy, fz = wrench.unit

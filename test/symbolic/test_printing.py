@@ -16,8 +16,8 @@ formulas = pytest.importorskip('screw_kinematics.symbolic.printing')
 symbolic = pytest.importorskip('screw_kinematics.symbolic')
 
 RPR = robots.robot('rpr')
-STATE = symbolic.state(RPR)
-COORDINATES = symbolic.coordinates(3, 2)
+STATE = symbolic.symbolic_state(RPR)
+COORDINATES = symbolic.joint_symbols(3, 2)
 OUTPUTS = {'height': STATE.pose[1, 3], 'twist': STATE.velocity, 'accel': STATE.classical(2)}
 MOTION = robots.random_motion(1, 3, order=2)
 EXPECTED = RPR.state(*MOTION)

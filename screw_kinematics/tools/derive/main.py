@@ -3,39 +3,39 @@
 """
 Derive the kinematics of a robot: formulas to read, or programs to run.
 
-Text and LaTeX give the closed form; Python and C the straight-line program, in which every
-value is computed once, or with --form closed the closed form. Of parallel robots: screws of
-the limbs, wrenches, and the equations of velocity and acceleration they make, as text and LaTeX.
+Text and LaTeX give the closed form, or with --form straight named intermediate terms, each
+computed once. Python and C give a function, straight-line by default; both forms take and
+return the same. Of parallel robots: screws of the limbs, wrenches, and the equations of
+velocity, acceleration and jerk they make, as text and LaTeX.
 """
 from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
 from pathlib import Path
-import re
 import sys
-from typing import Any
 
-from .closed_form import closed_form, closed_source
-from .parallel import parallel_form
-from .straight_line import straight_line_files
+from .parallel import parallel_files
+from .request import function_name, Request
+from .serial import serial_files
 from .. import console, robot_options
-from ...errors import ParameterError
 from ...parallel import ParallelManipulator
 from ...programs.quantities import find_quantity, NAMES
 from ...screws.reference import FRAMES
 
 EXAMPLES = """\
   derive config/robots/rpr.yaml --quantity acceleration
-  derive config/robots/rpr.yaml --quantity velocity,acceleration --format latex
+  derive config/robots/rpr.yaml --quantity screws,jacobian,coriolis_lie --format latex
   derive config/robots/puma560.yaml --quantity twist,accel --format python
   derive config/robots/panda.yaml --quantity pose,twist,accel --format c --output panda.c
-  derive config/robots/panda.yaml --quantity twist --axes tip --form straight
+  derive config/robots/panda.yaml --quantity accel --format latex --form straight
   derive config/robots/stewart_6ups.yaml --quantity velocity
 """
 FORMATS = ('text', 'latex', 'python', 'c')
-# Longer arms are simplified for minutes, to formulas that are still too long to read.
-_SIMPLIFIED_JOINTS = 4
+# Joints up to which formulas of an order are simplified in seconds: pose, twist, acceleration;
+# of higher orders, and of longer arms, in minutes, to formulas that are still too long to read.
+_SIMPLIFIED = (7, 7, 6, 4, 4)
+_LONG = 100_000     # characters of formulas that nobody reads
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -44,62 +44,72 @@ def main(argv: Sequence[str] | None = None) -> int:
     robot_options.add_options(options)
     options.add_argument('--quantity', default='accel', metavar='A,B',
                          help=f'of {", ".join(NAMES)}; or velocity, acceleration, jounce '
-                              '(default: accel)')
+                              '(default: accel, the classical acceleration)')
     options.add_argument('--format', choices=FORMATS, default='text', help='default: text')
     options.add_argument('--form', choices=('closed', 'straight'),
-                         help='closed form or straight-line program (default: closed for '
-                              'text and LaTeX, straight for Python and C)')
+                         help='closed form, or named terms that are computed once (default: '
+                              'closed for text and LaTeX, straight for Python and C)')
     options.add_argument('--axes', choices=FRAMES, default='base',
                          help='axes of the vectors (default: base)')
     options.add_argument('--pole', choices=FRAMES, default='tip',
                          help='reference point: origin of the tip frame (default), or the '
                               'point of the tip body now at the origin of the base frame')
     options.add_argument('--simplify', action=argparse.BooleanOptionalAction,
-                         help='simplify the closed form (default: up to '
-                              f'{_SIMPLIFIED_JOINTS} joints)')
-    options.add_argument('--name', help='of the function (default: that of the robot)')
+                         help='simplify the closed form (default: where it takes seconds: twists '
+                              'of up to 7 joints, accelerations of up to 6, all up to 4)')
+    options.add_argument('--exact', action='store_true',
+                         help='take numbers as they are; by default angles within 1e-9 rad of a '
+                              'multiple of pi/12, and coefficients as near to a simple one, are '
+                              'that one in closed forms')
+    options.add_argument('--name', help='of the function in code, else of the robot in headings '
+                                        '(default: that of the robot)')
     options.add_argument('--output', type=Path, metavar='FILE',
                          help='write here; C: also the header beside it')
     return console.run(_derive, options, argv)
 
 
 def _derive(arguments: argparse.Namespace) -> int:
-    robot = robot_options.load(arguments)
-    quantities = [find_quantity(name.strip()) for name in arguments.quantity.split(',')]
-    name = arguments.name or re.sub(r'\W', '_', robot.name) or 'robot'
-    if not name.isidentifier() or not name.isascii():
-        raise ParameterError('name', name, 'letters, digits and underscores')
     code = arguments.format in ('python', 'c')
     form = arguments.form or ('straight' if code else 'closed')
-    if form == 'straight':
-        if arguments.format == 'latex':
-            raise ParameterError('form', form, "'closed' for LaTeX")
-        files = straight_line_files(robot, quantities, arguments.format, name, arguments.axes,
-                                    arguments.pole)
-    elif isinstance(robot, ParallelManipulator) and not code:
-        for option in ('axes', 'pole'):
-            default = {'axes': 'base', 'pole': 'tip'}[option]
-            if getattr(arguments, option) != default:
-                raise ParameterError(option, getattr(arguments, option),
-                                     f'{default!r} for parallel robots')
-        files = parallel_form(robot, quantities, arguments.format, name)
+    robot = robot_options.load(arguments, symbolic=not code and form == 'closed')
+    quantities = tuple(find_quantity(name.strip()) for name in arguments.quantity.split(','))
+    order = max(quantity.order for quantity in quantities)
+    request = Request(
+        quantities, arguments.format, form, arguments.name or robot.name or 'robot',
+        function_name(robot.name, arguments.name if code or form == 'straight' else None),
+        arguments.axes, arguments.pole,
+        simplified=robot.dof <= _SIMPLIFIED[order] if arguments.simplify is None
+        else arguments.simplify, tolerance=0.0 if arguments.exact else 1e-9)
+    if isinstance(robot, ParallelManipulator) and not code and form == 'closed':
+        files = parallel_files(robot, request)
     else:
-        simplified = robot.dof <= _SIMPLIFIED_JOINTS if arguments.simplify is None \
-            else arguments.simplify
-        make: Any = closed_source if code else closed_form
-        files = make(robot, quantities, arguments.format, name, arguments.axes,
-                     arguments.pole, simplified)
-    _write(files, arguments.output)
+        if form == 'closed' and not request.simplified:
+            _say(f'closed form of {robot.dof} joints, not simplified: it will be long; '
+                 '--form straight gives named terms instead')
+        files = serial_files(robot, request)
+    if code and request.function != robot.name:
+        _say(f'the function is called {request.function}')
+    size = len(next(iter(files.values())))
+    if not code and size > _LONG:
+        _say(f'{size / 1000:.0f} kB; --form straight gives named terms instead')
+    _write(files, request.function, arguments.output)
     return console.OK
 
 
-def _write(files: dict[str, str], output: Path | None) -> None:
-    """Write texts, by the ending of their files, or print them."""
+def _say(text: str) -> None:
+    print(f'derive: {text}', file=sys.stderr)
+
+
+def _write(files: dict[str, str], name: str, output: Path | None) -> None:
+    """Write texts, by the ending of their files, or print them; C includes its header."""
     if output is None:
-        sys.stdout.write('\n'.join(files.values()))
+        for k, (ending, text) in enumerate(files.items()):
+            mark = f'/* {name}{ending} */\n' if len(files) > 1 else ''
+            sys.stdout.write(('\n' if k else '') + mark + text)
         return
     main_file, *others = files.items()
-    output.write_text(main_file[1])
+    output.write_text(main_file[1].replace(f'#include "{name}.h"',
+                                           f'#include "{output.with_suffix(".h").name}"', 1))
     for ending, text in others:
         output.with_suffix(ending).write_text(text)
 

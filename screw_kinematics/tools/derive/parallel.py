@@ -3,66 +3,62 @@
 """Equations of parallel robots as text and LaTeX."""
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from itertools import combinations
 from typing import Any
 
 import numpy as np
 
-from ...errors import ToolError
-from ...programs.quantities import Quantity
+from .layout import LaTeX, Text
+from .request import printable, Request
+from ...errors import ParameterError, ToolError
 
-_DIGITS = 12
+_FIELDS = (('w', 'v'), ('alpha', 'A'), ('rho', 'J'))
+_ORDERS = {'screws': 0, 'jacobian': 1, 'twist': 1, 'coriolis_lie': 2, 'accel': 2,
+           'reduced_accel': 2, 'jerk': 3, 'reduced_jerk': 3}
 
 
-def parallel_form(robot: Any, quantities: Sequence[Quantity], language: str, name: str,
-                  ) -> dict[str, str]:
+def parallel_files(robot: Any, request: Request) -> dict[str, str]:
     """
-    Return a parallel robot's equations of velocity and acceleration.
+    Return a parallel robot's screws, wrenches, and equations of velocity to jerk.
 
-    Parameters
-    ----------
-    robot : ParallelManipulator
-        The robot.
-    quantities : sequence of Quantity
-        Of 'twist', 'reduced_accel' and 'accel', which asks for the same equations.
-    language : {'text', 'latex'}
-        How to write it.
-    name : str
-        Name of the robot in the title.
-
-    Returns
-    -------
-    dict of str to str
-        Text by the ending of its file.
+    A state's reduced and classical forms ask for the same equations, which are of the
+    reduced one; the Jacobian is in those of the velocity.
 
     Raises
     ------
-    ToolError
-        Another quantity is wanted.
+    ToolError, ParameterError
+        Another quantity, other axes or another pole are wanted.
 
     """
     from ...symbolic.parallel import ParallelFormulas
-    for quantity in quantities:
-        if quantity.order not in (1, 2):
-            raise ToolError(f'{robot.name}: {quantity.name}: for parallel robots there are the '
-                            'equations of twist, accel and reduced_accel')
-    order = max(quantity.order for quantity in quantities)
-    write = _Text() if language == 'text' else _Latex()
+    for quantity in request.quantities:
+        if quantity.name not in _ORDERS:
+            raise ToolError(f'{robot.name}: {quantity.name}: for parallel robots there are '
+                            + ', '.join(_ORDERS))
+    for option, default in (('axes', 'base'), ('pole', 'tip')):
+        if getattr(request, option) != default:
+            raise ParameterError(option, getattr(request, option),
+                                 f'{default!r} for parallel robots')
+    order = max(_ORDERS[quantity.name] for quantity in request.quantities)
+    write: Text = Text() if request.language == 'text' else LaTeX()
     formulas = ParallelFormulas(robot)
-    blocks = [write.comment(_heading(robot, formulas, name, order))]
+    blocks = [write.comment(_heading(robot, formulas, request.title, order))]
     for limb in formulas.limbs:
-        blocks.append(write.comment([f'{limb.name}: unit screws [w; v] about p']))
+        blocks += ['', write.comment([f'{limb.name}: unit screws [w; v] about p'])]
         blocks.append(write.rows(
             (write.named('$', f'_{k}'), write.vector(screw), joint) for k, (joint, screw)
             in enumerate(zip(limb.joints, limb.screws), start=1)))
         if order > 1:
-            pairs = [write.product(i + 1, j + 1, limb.rates[i] * limb.rates[j])
+            pairs = [write.bracket(write.named('$', f'_{i + 1}'), write.named('$', f'_{j + 1}'),
+                                   limb.rates[0][i] * limb.rates[0][j])
                      for i, j in combinations(range(len(limb.joints)), 2)]
-            blocks.append(write.rows([(write.named('L', ''), ' + '.join(pairs), '')]))
-        for wrench in limb.wrenches:
+            blocks.append(write.rows([(write.named('L', ''), ' + '.join(pairs) or '0', '')]))
+        if order > 2:
+            blocks.append(write.rows(_jerk_terms(write, limb)))
+        for wrench in limb.wrenches if order else ():
             what = 'constraint' if wrench.constraint else 'actuation'
-            blocks.append(write.comment([f'{limb.name}, {what}: {wrench.meaning}']))
+            blocks += ['', write.comment([f'{limb.name}, {what}: {wrench.meaning}'])]
             rows = []
             if wrench.along is not None:
                 rows = [(write.named('d', ''), write.vector(wrench.along), ''),
@@ -70,8 +66,7 @@ def parallel_form(robot: Any, quantities: Sequence[Quantity], language: str, nam
             rows.append((write.named('W', ''), write.vector(wrench.screw), '[force; moment]'))
             rows += [(*row, '') for row in _equations(write, formulas, wrench, order)]
             blocks.append(write.rows(rows))
-    ending = '.txt' if language == 'text' else '.tex'
-    return {ending: '\n'.join(blocks) + '\n'}
+    return {write.ending: '\n'.join(blocks) + '\n'}
 
 
 def _heading(robot: Any, formulas: Any, name: str, order: int) -> list[str]:
@@ -91,94 +86,42 @@ def _heading(robot: Any, formulas: Any, name: str, order: int) -> list[str]:
         rows.append('reduced acceleration [alpha; A]: A = a - w x v with the classical a')
         rows.append('L: Lie products of the screws times the rates of their joints, {W; L} is '
                     'the Klein form')
-    return [''.join(c if c.isprintable() else '?' for c in row) for row in rows]
+    if order > 2:
+        rows.append('reduced jerk [rho; J]: J = j - 2 alpha x v - w x a with the classical j, a')
+        rows.append('V1, A1, ...: twist and reduced acceleration of the links of a limb')
+    return [printable(row) for row in rows]
 
 
-def _equations(write: Any, formulas: Any, wrench: Any, order: int) -> Iterable[tuple[str, str]]:
+def _jerk_terms(write: Text, limb: Any) -> Iterable[tuple[str, str, str]]:
+    """Give twists and accelerations of the links, and K, the limb's jerk without q'''."""
+    speeds, slopes = limb.rates
+    terms = []
+    for k, (u, a) in enumerate(zip(speeds, slopes), start=1):
+        screw = write.named('$', f'_{k}')
+        twist, accel = (write.times(x, screw) for x in (u, a))
+        if k > 1:
+            V, A = write.named('V', f'_{k - 1}'), write.named('A', f'_{k - 1}')    # noqa: N806
+            turned = write.bracket(V, screw)
+            terms += [write.bracket(V, screw, 2 * a), write.bracket(A, screw, u),
+                      write.bracket(V, turned, u)]
+            twist = f'{V} + {twist}'
+            accel = f'{A} + {accel} + {write.bracket(V, screw, u)}'
+        if k < len(speeds):
+            yield write.named('V', f'_{k}'), twist, ''
+            yield write.named('A', f'_{k}'), accel, ''
+    yield write.named('K', ''), ' + '.join(terms) or '0', ''
+
+
+def _equations(write: Text, formulas: Any, wrench: Any, order: int) -> Iterable[tuple[str, str]]:
     """Give the equations of a wrench: left and right sides."""
     import sympy
     row = np.roll(wrench.screw, 3)
-    for n, (angular, linear) in enumerate((('w', 'v'), ('alpha', 'A'))[:order], start=1):
-        names = [sympy.Symbol(f'{part}_{axis}') for part in (angular, linear) for axis in 'xyz']
+    for n, fields in enumerate(_FIELDS[:order], start=1):
+        names = [sympy.Symbol(f'{part}_{axis}') for part in fields for axis in 'xyz']
         left = write.total([(row[k], names[k]) for k in formulas.moving[n - 1]])
         right = write.total([(x, formulas.q[n][k]) for k, x in wrench.work.items()])
-        if n == 2:
-            product = write.klein
+        if n > 1:
+            product = write.klein % 'LK'[n - 2]
             right = product if not wrench.work else f'{right} + {product}'
         if (left, right) != ('0', '0'):
             yield left, right
-
-
-def _short(x: Any) -> Any:
-    """Return an expression whose long fractions are decimal numbers."""
-    import sympy
-    x = sympy.sympify(x)
-    return x.xreplace({r: sympy.Float(r, _DIGITS) for r in x.atoms(sympy.Rational)
-                       if r.q > 1000})
-
-
-class _Text:
-    """Plain text."""
-
-    direction, klein = 'd/|d|', '{W; L}'
-
-    def comment(self, rows: Sequence[str]) -> str:
-        return '\n'.join(['', *rows])
-
-    def named(self, letter: str, index: str) -> str:
-        return letter + index.replace('_', '')
-
-    def expression(self, x: Any) -> str:
-        return str(_short(x))
-
-    def vector(self, vector: Any) -> str:
-        parts = [', '.join(map(self.expression, vector[k:k + 3]))
-                 for k in range(0, len(vector), 3)]
-        return f'[{"; ".join(parts)}]'
-
-    def total(self, terms: Sequence[tuple[Any, Any]]) -> str:
-        kept = [(self.expression(x), symbol) for x, symbol in terms if x != 0]
-        return ' + '.join(str(s) if x == '1' else f'({x})*{s}' for x, s in kept) or '0'
-
-    def product(self, i: int, j: int, factor: Any) -> str:
-        return f'{self.expression(factor)}*[${i}, ${j}]'
-
-    def rows(self, rows: Iterable[tuple[str, str, str]]) -> str:
-        return '\n'.join(f'  {a} = {b}' + (f'    ({c})' if c else '') for a, b, c in rows)
-
-
-class _Latex(_Text):
-    """Aligned equations."""
-
-    direction, klein = r'd / \lVert d \rVert', r'\{W; L\}'
-
-    def comment(self, rows: Sequence[str]) -> str:
-        return '\n'.join(['', *(f'% {row}' for row in rows)])
-
-    def named(self, letter: str, index: str) -> str:
-        return letter.replace('$', r'\$') + index
-
-    def expression(self, x: Any) -> str:
-        from ...symbolic.printing import latex
-        return latex(_short(x))
-
-    def vector(self, vector: Any) -> str:
-        return r'\begin{bmatrix}' + r' \\ '.join(map(self.expression, vector)) + r'\end{bmatrix}'
-
-    def total(self, terms: Sequence[tuple[Any, Any]]) -> str:
-        kept = [(self.expression(x), self.expression(s)) for x, s in terms if x != 0]
-        return ' + '.join(s if x == '1' else rf'\left({x}\right) {s}' for x, s in kept) or '0'
-
-    def product(self, i: int, j: int, factor: Any) -> str:
-        return rf'{self.expression(factor)} \left[\$_{i}, \$_{j}\right]'
-
-    def rows(self, rows: Iterable[tuple[str, str, str]]) -> str:
-        lines = [f'  {a} &= {b}' + (rf' && \text{{{self._plain(c)}}}' if c else '')
-                 for a, b, c in rows]
-        return '\n'.join(['\\begin{aligned}', ' \\\\\n'.join(lines), '\\end{aligned}'])
-
-    @staticmethod
-    def _plain(text: str) -> str:
-        """Return text without what means something in LaTeX."""
-        return ''.join(c if c.isalnum() or c in ' -;[]' else r'\_' if c == '_' else '?'
-                       for c in text)

@@ -10,17 +10,13 @@ import numpy as np
 
 from ..reference_motions import ReferenceMotion
 from ...errors import MissingExtraError, UnknownNameError
-from ...recordings.history import History, ORDERS, QUANTITIES
+from ...programs.quantities import find_quantity, order_of
+from ...recordings.history import History, QUANTITIES
 from ...screws.rotations import roll_pitch_yaw
 from ...screws.se3 import Array
 
 # Blue, vermilion and green that stay apart for colour-blind eyes (Okabe and Ito).
 COLOURS = ('#0072B2', '#D55E00', '#009E73')
-_ANGULAR = ('', 'angular velocity w', 'angular acceleration', 'angular jerk', 'angular snap')
-_LINEAR = ('', 'linear velocity v', 'acceleration a', 'jerk j', 'snap s')
-_REDUCED = ('', '', 'reduced acceleration a - w x v', 'reduced jerk, dual part',
-            'reduced snap, dual part')
-_PER_SECOND = ('', '/s', '/s²', '/s³', '/s⁴')
 
 
 def pyplot() -> Any:
@@ -70,16 +66,8 @@ def motion_history(robot: Any, motion: ReferenceMotion, time: Array, quantities:
     for quantity in quantities:
         if quantity not in QUANTITIES:
             raise UnknownNameError('quantity', quantity, QUANTITIES)
-    order = max((ORDERS[q] for q in quantities if q != 'pose'), default=0)
-    state = robot.state(*motion.derivatives(time, order))
-    values = {}
-    for quantity in quantities:
-        if quantity == 'pose':
-            values[quantity] = state.pose
-        elif quantity.startswith('reduced'):
-            values[quantity] = state.reduced[ORDERS[quantity] - 1]
-        else:
-            values[quantity] = state.classical(ORDERS[quantity])
+    state = robot.state(*motion.derivatives(time, order_of(quantities)))
+    values = {quantity: find_quantity(quantity).of(state) for quantity in quantities}
     return History(name or robot.name, robot.base_frame, robot.tip_frame,
                    np.asarray(time, dtype=float), values)
 
@@ -143,12 +131,17 @@ def _label(component: str, history: History, histories: Sequence[History]) -> st
 
 def _labels(quantity: str, length: str) -> tuple[tuple[str, str], tuple[str, str]]:
     """Return titles and units of the two panels of a quantity."""
+    angular, linear = find_quantity(quantity).parts
     if quantity == 'pose':
-        return ('orientation (x: roll, y: pitch, z: yaw)', 'position p'), ('deg', length)
-    order = ORDERS[quantity]
-    linear = _REDUCED if quantity.startswith('reduced') else _LINEAR
-    return ((_ANGULAR[order], linear[order]),
-            ('rad' + _PER_SECOND[order], length + _PER_SECOND[order]))
+        return (linear.title, angular.title), ('deg', length)
+    return (angular.title, linear.title), (
+        _superscript(angular.unit), _superscript(linear.unit.replace('m', length, 1)))
+
+
+def _superscript(unit: str) -> str:
+    """Return a unit with its power of seconds raised."""
+    head, caret, power = unit.partition('^')
+    return head + ('⁰¹²³⁴'[int(power)] if caret else '')
 
 
 def _parts(quantity: str, values: Array) -> tuple[Array, Array]:

@@ -1,0 +1,111 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What is asked of ``derive``, and the lines that head its answers."""
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+import keyword
+import re
+from typing import Any
+import unicodedata
+
+from ...errors import ParameterError
+from ...programs.c_text import KEYWORDS
+from ...programs.quantities import Quantity
+
+FALLBACK = 'tip_motion'
+"""Name of the function where the robot's is no name in code."""
+
+
+@dataclass(frozen=True)
+class Request:
+    """
+    What to derive, and how to write it.
+
+    Parameters
+    ----------
+    quantities : tuple of Quantity
+        In the order of the answer.
+    language : {'text', 'latex', 'python', 'c'}
+    form : {'closed', 'straight'}
+        One formula a component, or named intermediate terms.
+    title : str
+        Name of the robot in headings.
+    function : str
+        Name of the function in code.
+    axes, pole : {'base', 'tip'}
+        Axes of the vectors, and reference point of the linear parts.
+    simplified : bool
+    tolerance : float
+        As of :func:`~screw_kinematics.symbolic.exact_chain`.
+
+    """
+
+    quantities: tuple[Quantity, ...]
+    language: str
+    form: str
+    title: str
+    function: str
+    axes: str
+    pole: str
+    simplified: bool
+    tolerance: float
+
+    @property
+    def is_code(self) -> bool:
+        """Whether it is to be run."""
+        return self.language in ('python', 'c')
+
+    @property
+    def order(self) -> int:
+        """Return the highest derivative of the joint positions."""
+        return max(quantity.order for quantity in self.quantities)
+
+
+def function_name(robot: str, given: str | None) -> str:
+    """
+    Return the name of the function in code: what was given, or one made of the robot's.
+
+    Raises
+    ------
+    ParameterError
+        The given one is no name of a function in Python and C.
+
+    Examples
+    --------
+    >>> function_name('panda', None), function_name('Löffel 3', None), function_name('2fg7', None)
+    ('panda', 'Loffel_3', 'tip_motion')
+
+    """
+    if given is not None:
+        if not _is_name(given):
+            raise ParameterError(
+                'name', given, 'letters, digits and underscores, a letter first, and no word '
+                'of Python or C')
+        return given
+    plain = unicodedata.normalize('NFKD', robot).encode('ascii', 'ignore').decode()
+    made = re.sub(r'\W+', '_', plain).strip('_')
+    return made if _is_name(made) else FALLBACK
+
+
+def _is_name(text: str) -> bool:
+    return bool(re.fullmatch('[A-Za-z][A-Za-z0-9_]*', text)) and text not in KEYWORDS \
+        and not keyword.iskeyword(text)
+
+
+def heading(robot: Any, request: Request, notes: Sequence[str] = ()) -> list[str]:
+    """Return lines that say what is derived: robot, frames, joints, and more where needed."""
+    frame = {'base': robot.base_frame, 'tip': robot.tip_frame}
+    where = f'origin of {robot.tip_frame}' if request.pole == 'tip' else (
+        f'the point of {robot.tip_frame} now at the origin of {robot.base_frame}')
+    joints = ', '.join(f'q{i} = {joint}' for i, joint in enumerate(robot.joint_names, 1))
+    rows = [f'{request.title}: motion of {robot.tip_frame} relative to {robot.base_frame}',
+            f'axes of {frame[request.axes]}; reference point: {where}',
+            f'{joints}; qd, qdd, ... their time derivatives; rad, m, s', *notes]
+    return [printable(row) for row in rows]
+
+
+def printable(row: str) -> str:
+    """Return a row that may be a comment in source text: names of a file may hold anything."""
+    return ''.join(c if c.isprintable() and c not in '"\\*' else '?' for c in row)
