@@ -144,8 +144,9 @@ setup(
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{package_name}']),
         (share, ['package.xml']),
-        (f'{share}/config', found('config/*.yaml') + found('config/*.xml')),
+        (f'{share}/config', found('config/*.*')),
         (f'{share}/config/robots', found('config/robots/*.yaml')),
+        (f'{share}/launch', found('launch/*.launch.py')),
     ],
     entry_points={'console_scripts': executables()},
     python_requires='>=3.10',

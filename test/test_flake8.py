@@ -11,7 +11,8 @@ ROOT = Path(__file__).parents[1]
 
 
 def test_flake8():
-    paths = [str(ROOT / p) for p in ('screw_kinematics', 'test', 'benchmark', 'doc', 'setup.py')]
+    paths = [str(ROOT / p) for p in (
+        'screw_kinematics', 'test', 'benchmark', 'doc', 'launch', 'setup.py')]
     # In a process of its own: it forks, which must not meet the threads of a middleware.
     checked = subprocess.run([sys.executable, '-m', 'ament_flake8.main', *paths],
                              stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)

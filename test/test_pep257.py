@@ -9,5 +9,6 @@ ROOT = Path(__file__).parents[1]
 
 
 def test_pep257():
-    paths = [str(ROOT / p) for p in ('screw_kinematics', 'benchmark', 'test', 'setup.py')]
+    paths = [str(ROOT / p) for p in (
+        'screw_kinematics', 'benchmark', 'test', 'launch', 'setup.py')]
     assert ament_pep257.main(argv=paths) == 0

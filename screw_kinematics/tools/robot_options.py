@@ -58,8 +58,8 @@ def load(arguments: argparse.Namespace, symbolic: bool = False) -> Any:
     if symbolic:
         from ..symbolic.expressions import parameter
         symbol = parameter
-    robot = models.load(arguments.robot, base_frame=arguments.base, tip_frame=arguments.tip,
-                        symbol=symbol)
+    robot = models.load(arguments.robot, base_frame=arguments.base or None,
+                        tip_frame=arguments.tip or None, symbol=symbol)
     for warning in robot.warnings:
         print(f'{arguments.robot}: {warning}', file=sys.stderr)
     return robot
