@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 
+from .rigid import checked_rotation
 from .vectors import Array, cos, sin, skew
 
 _ROUNDING = 4 * np.finfo(float).eps
@@ -123,13 +124,18 @@ def roll_pitch_yaw(rotation: Array) -> Array:
     array, shape (..., 3)
         In rad; roll and yaw are not unique where the pitch is a quarter turn.
 
+    Raises
+    ------
+    ShapeError, InvalidValueError
+        It is no rotation within 1e-6.
+
     Examples
     --------
     >>> float(roll_pitch_yaw(np.array([[0, -1, 0], [1, 0, 0], [0, 0, 1]]))[2].round(4))
     1.5708
 
     """
-    r = np.asarray(rotation)
+    r = checked_rotation('rotation', rotation)
     return np.stack([
         np.arctan2(r[..., 2, 1], r[..., 2, 2]),
         np.arctan2(-r[..., 2, 0], np.hypot(r[..., 0, 0], r[..., 1, 0])),
@@ -185,6 +191,11 @@ def quaternion_from_rotation(rotation: Array) -> Array:
     array, shape (..., 4)
         x, y, z, w.
 
+    Raises
+    ------
+    ShapeError, InvalidValueError
+        It is no rotation within 1e-6.
+
     References
     ----------
     S. W. Shepperd, "Quaternion from rotation matrix", Journal of Guidance and Control 1(3),
@@ -196,7 +207,7 @@ def quaternion_from_rotation(rotation: Array) -> Array:
     [1.0, 0.0, 0.0, 0.0]
 
     """
-    R = np.asarray(rotation, dtype=float)
+    R = checked_rotation('rotation', rotation).astype(float)
     d = np.diagonal(R, axis1=-2, axis2=-1)
     trace = d.sum(axis=-1)
     # Each row is the quaternion times four times one of its components.
@@ -265,6 +276,11 @@ def rotation_vector(rotation: Array) -> Array:
     array, shape (..., 3)
         In rad. Its length is how far one orientation is from another, for
         ``rotation = R1.T @ R2``.
+
+    Raises
+    ------
+    ShapeError, InvalidValueError
+        It is no rotation within 1e-6.
 
     Examples
     --------

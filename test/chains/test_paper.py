@@ -3,7 +3,7 @@
 """
 The paper's examples, in their right form.
 
-The planar RPR manipulator in closed form is in ``test_symbolic.py``. Numbers of the PUMA
+The planar RPR manipulator in closed form is in ``test/symbolic``. Numbers of the PUMA
 robot at t = 0 were found by exact differentiation of the product of its DH matrices.
 """
 import numpy as np
@@ -56,17 +56,51 @@ def test_puma_over_its_period(t):
 def test_puma_fifth_screw_is_defined_everywhere(q5):
     """4$5 turns about z4, also at q5 = 0, where the printed quotient is 0 / 0."""
     q = np.array([0.1, 0.2, 0.3, 0.4, q5, 0.6])
-    T_0_4 = np.eye(4)
-    rows = [(0, 0, -1), (144.09, 431.8, 0), (0, -20.32, 1), (433.07, 0, -1)]
+    origins, axes = frames_of_puma(q)
+    screw = PUMA.screws(q, pole='base')[4]
+    np.testing.assert_allclose(screw[:3], axes[4], rtol=0, atol=1e-12)
+    np.testing.assert_allclose(screw[3:], np.cross(origins[4], axes[4]), rtol=0, atol=1e-12)
+
+
+def test_the_printed_fifth_screw_has_the_wrong_sign():
+    """(O6 - O4) x (O4 - O3) = - d4 d6 sin(q5) z4, so that all of the example is off."""
+    for t in np.linspace(0, 2 * np.pi, 9):
+        q, qd = puma_motion(t)[:2]
+        origins, axes = frames_of_puma(q)
+        printed = np.cross(origins[6] - origins[4], origins[4] - origins[3])
+        np.testing.assert_allclose(
+            printed, -0.43307 * 0.05625 * np.sin(q[4]) * axes[4], rtol=0, atol=1e-15)
+    q, qd = puma_motion(0.0)[:2]
+    screws = PUMA.screws(q)
+    np.testing.assert_allclose(qd @ screws[:, :3], [.110, .585, .704], rtol=0, atol=5e-4)
+    screws[4] *= -1
+    np.testing.assert_allclose(qd @ screws[:, :3], [.210, .302, .686], rtol=0, atol=5e-4)
+
+
+def frames_of_puma(q):
+    """Return origins and z axes of the Denavit-Hartenberg frames 0 to 6."""
+    rows = [(0, 0, -1), (144.09, 431.8, 0), (0, -20.32, 1), (433.07, 0, -1), (0, 0, 1),
+            (56.25, 0, 0)]
+    T, frames = np.eye(4), [np.eye(4)]
     for (d, a, alpha), theta in zip(rows, q):
         x, z = np.zeros((2, 6))
         z[[2, 5]] = theta, d / 1000
         x[[0, 3]] = alpha * np.pi / 2, a / 1000
-        T_0_4 = T_0_4 @ se3.exp(z) @ se3.exp(x)
-    screw = PUMA.screws(q, pole='base')[4]
-    np.testing.assert_allclose(screw[:3], T_0_4[:3, 2], rtol=0, atol=1e-12)
-    np.testing.assert_allclose(screw[3:], np.cross(T_0_4[:3, 3], T_0_4[:3, 2]), rtol=0,
-                               atol=1e-12)
+        T = T @ se3.exp(z) @ se3.exp(x)
+        frames.append(T)
+    return [T[:3, 3] for T in frames], [T[:3, 2] for T in frames]
+
+
+def test_the_damped_inverse_of_the_example_and_the_exact_one():
+    """In 4.2.4 q5 falls to 1.4 degrees: damping costs 6e-4 rad/s there, and is reported."""
+    q, qd = puma_motion(np.linspace(0, 2 * np.pi, 2001))[:2]
+    assert np.degrees(q[:, 4].min()) == pytest.approx(1.4, abs=0.01)
+    twist = PUMA.state(q, qd).velocity
+    damped = PUMA.inverse_velocity(q, twist)
+    exact_one = PUMA.inverse_velocity(q, twist, solver=InverseSolver(exact=True))
+    assert np.abs(damped.rates - qd).max() == pytest.approx(6.3e-4, rel=0.02)
+    assert damped.damping.max() > 0 and np.all(exact_one.damping == 0)
+    np.testing.assert_allclose(exact_one.rates, qd, rtol=0, atol=1e-13)
 
 
 def test_puma_wrist_singularity_is_named():

@@ -6,7 +6,7 @@ import pytest
 
 from screw_kinematics import screws
 from screw_kinematics.errors import InvalidValueError, ShapeError
-from screw_kinematics.screws import lines, rigid, se3, states
+from screw_kinematics.screws import lines, rigid, rotations, se3, states
 
 sympy = pytest.importorskip('sympy')
 X, Y = np.random.default_rng(1).normal(size=(2, 6))
@@ -77,9 +77,13 @@ def test_the_stated_tolerance(function):
         function(T)
 
 
-def test_rotations_are_checked():
+@pytest.mark.parametrize('function', [
+    lambda R: se3.rotate(R, X), rotations.roll_pitch_yaw, rotations.quaternion_from_rotation,
+    rotations.rotation_vector])
+@pytest.mark.parametrize('R', [np.diag([1.0, 1, -1]), 2 * np.eye(3)])
+def test_rotations_are_checked(function, R):
     with pytest.raises(InvalidValueError, match='rotation is no rotation'):
-        se3.rotate(np.diag([1.0, 1, -1]), X)
+        function(R)
 
 
 def test_rows_of_numbers_are_poses():

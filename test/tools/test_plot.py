@@ -134,6 +134,8 @@ def test_file_formats(tmp_path, ending):
     ['screws', str(ROBOTS / 'rpr.yaml'), '--q', '0.5,0.3,-0.2', '--qd', '0,0.1,0'],
     ['screws', str(ROBOTS / 'puma560.yaml'), '--qd', '0,0,0,0,0,0'],
     ['screws', str(ROBOTS / 'delta.yaml'), '--qd', '0,0,0'],
+    ['axodes', str(ROBOTS / 'puma560.yaml')],
+    ['axodes', str(ROBOTS / 'planar_3rrr.yaml'), '--motion', 'multisine', '--duration', '1'],
 ])
 def test_commands(tmp_path, arguments):
     assert plot.main([*arguments, '--output', str(tmp_path / 'picture.png')]) == 0

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from .axodes import draw_axodes
 from .figure11 import draw_figure11
 from .histories import draw_history, motion_history, pyplot
 from .space import draw_space
@@ -29,6 +30,7 @@ EXAMPLES = """\
   plot recorded causal.csv smoothed.csv --quantities accel --output compared.pdf
   plot screws config/robots/puma560.yaml --output screws.png
   plot screws config/robots/rpr.yaml --q 0.5,0.3,-0.2 --qd 1,0.1,0.5
+  plot axodes config/robots/puma560.yaml --output axodes.png
 """
 ENDINGS = ('.png', '.svg', '.pdf')
 
@@ -69,7 +71,14 @@ def main(argv: Sequence[str] | None = None) -> int:
     screws.add_argument('--qd', type=_numbers, metavar='A,B',
                         help="joint rates [rad/s, m/s] (default: the paper's motion)")
     screws.set_defaults(draw=_draw_screws)
-    for kind in (figure11, motion, recorded, screws):
+
+    surfaces = kinds.add_parser('axodes', help='surfaces that the screw axis of a motion sweeps')
+    robot_options.add_options(surfaces)
+    surfaces.add_argument('--motion', choices=MOTIONS, default='paper')
+    surfaces.add_argument('--duration', type=float, default=2 * np.pi, metavar='SECONDS',
+                          help='default: 2 pi')
+    surfaces.set_defaults(draw=_draw_axodes)
+    for kind in (figure11, motion, recorded, screws, surfaces):
         kind.add_argument('--output', type=Path, metavar='FILE',
                           help=f'{", ".join(ENDINGS)} (default: a window)')
         kind.add_argument('--force', action='store_true', help='overwrite what is there')
@@ -136,6 +145,12 @@ def _draw_screws(arguments: argparse.Namespace) -> Any:
                              value.shape)
         given.append(value)
     return draw_space(robot, *given)
+
+
+def _draw_axodes(arguments: argparse.Namespace) -> Any:
+    robot = robot_options.load(arguments)
+    time = np.linspace(0.0, arguments.duration, 201)
+    return draw_axodes(robot, robot_options.motion(robot, arguments.motion), time)
 
 
 def _words(text: str) -> list[str]:
