@@ -8,6 +8,8 @@ from typing import Any
 from urllib.request import urlopen
 import xml.etree.ElementTree as ElementTree
 
+from sphinx.util.nodes import make_refnode
+
 HERE = Path(__file__).resolve().parent
 # Extensions of this folder, and the package of this checkout before any installed one.
 sys.path[:0] = [str(HERE / '_extensions'), str(HERE.parent)]
@@ -41,9 +43,22 @@ def sections_as_rubrics(app: Any, what: str, name: str, described: Any, options:
             lines[k - 1:k + 1] = [f'.. rubric:: {lines[k - 1]}', '']
 
 
+def handed_on(app: Any, environment: Any, reference: Any, contents: Any) -> Any:
+    """Resolve a name by the file it is written in to the same one where its room hands it on."""
+    domain = environment.get_domain('py')
+    name = reference.get('reftarget', '').rpartition('.')[2]
+    known = {full for full in domain.objects if full.rpartition('.')[2] == name}
+    if reference.get('refdomain') != 'py' or len(known) != 1:
+        return None
+    full = known.pop()
+    return make_refnode(app.builder, reference['refdoc'], domain.objects[full].docname,
+                        domain.objects[full].node_id, contents, full)
+
+
 def setup(app: Any) -> None:
     """Connect what is above."""
     app.connect('autodoc-process-docstring', sections_as_rubrics)
+    app.connect('missing-reference', handed_on)
 
 
 project = 'screw_kinematics'
