@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import Executor, Future
+from concurrent.futures import CancelledError, Executor, Future
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
@@ -117,10 +117,11 @@ def process_all(tasks: Sequence[Task], client: Any, progress: Progress) -> Itera
     futures = []
     for task in tasks:
         if task.source.size < bound:
-            future = client.submit(process, task, pure=False, key=f'process-{task.name}')
+            # Behind the blocks of long recordings, in whose results somebody waits here.
+            future = client.submit(process, task, pure=False, priority=-1)
             future.add_done_callback(partial(_hand_over, outcomes, task))
             futures.append(future)
-    executor = client.get_executor(pure=False, priority=1)
+    executor = client.get_executor(pure=False)
     in_blocks = [task for task in tasks if task.source.size >= bound]
 
     def process_in_blocks() -> None:
@@ -137,7 +138,7 @@ def process_all(tasks: Sequence[Task], client: Any, progress: Progress) -> Itera
 
 
 def _hand_over(outcomes: SimpleQueue[Outcome], task: Task, future: Any) -> None:
-    error = future.exception()
+    error = CancelledError() if future.cancelled() else future.exception()
     outcomes.put(future.result() if error is None else _failed(task, error))
 
 

@@ -177,7 +177,7 @@ class JointTable:
         if stamp is None:
             raise ToolError(f'{self.path}: no column of stamps; seen: {_listed(there)}; name it '
                             'by --columns stamp=COLUMN')
-        found = {**_echoed(batch), **by_number(there, joints), **self._by_name(there, joints),
+        found = {**by_number(there, joints), **self._by_name(there, joints), **_echoed(batch),
                  **stated}
         missing = [name for name in joints if name not in found]
         if missing:
@@ -319,22 +319,22 @@ def by_number(there: Sequence[str], joints: Sequence[str]) -> dict[str, str]:
     """
     stems: dict[str, dict[int, str]] = {}
     for column in there:
-        parts = re.fullmatch(r'(.*?)[\W_]*(\d+)\W*(?:[\W_](?:rad|deg|m|mm)(?:/s)?\W*)?',
-                             column.lower())
+        parts = re.fullmatch(r'(.*?)(\d+)(\D*)', column.lower())
         if parts:
-            stems.setdefault(parts[1], {})[int(parts[2])] = column
-    found: dict[str, str] = {}
+            stems.setdefault(f'{parts[1]}#{parts[3]}', {})[int(parts[2])] = column
+    found: dict[str, list[dict[int, str]]] = {'': [], VELOCITY: []}
     for stem, columns in stems.items():
-        words = re.findall('[a-z]+', stem)
-        if not words or set(words) & _OTHER:
-            continue
-        ending = VELOCITY if set(words) & _VELOCITY else '' if set(words) & _POSITION else None
-        first = min(columns)
-        if ending is None or first > 1 or joints[0] + ending in found or (
+        words, first = set(re.findall('[a-z]+', stem)), min(columns)
+        if words & _OTHER or first > 1 or (
                 set(columns) != set(range(first, first + len(joints)))):
             continue
-        found.update({name + ending: columns[first + i] for i, name in enumerate(joints)})
-    return found
+        if words & _VELOCITY:
+            found[VELOCITY].append(columns)
+        elif words & _POSITION:
+            found[''].append(columns)
+    # Two that could be meant are none: the user is asked.
+    return {joint + ending: columns[0][min(columns[0]) + i] for ending, columns in found.items()
+            if len(columns) == 1 for i, joint in enumerate(joints)}
 
 
 def _echoed(batch: Any) -> dict[str, str]:

@@ -6,9 +6,7 @@ import sqlite3
 
 import numpy as np
 import pytest
-from rosbags.rosbag1 import Writer as Ros1Writer
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
-from rosbags.typesys import get_typestore, Stores
 import yaml
 
 from screw_kinematics.recordings.recording import description_in, JOINT_STATE, Recording, STRING
@@ -17,7 +15,6 @@ from screw_kinematics.tools.bag import main as bag
 from support import recordings as rec
 
 PUMA = str(rec.ROBOTS / 'puma560.yaml')
-ROS1 = get_typestore(Stores.ROS1_NOETIC)
 
 
 def stamps(path):
@@ -161,27 +158,9 @@ def test_metadata_and_files_that_do_not_fit(tmp_path):
     assert stamps(path)[0]
 
 
-def ros1_bag(path, count, compression=None):
-    """Write a bag of ROS 1 with the PUMA's joint states; return its path."""
-    kind = ROS1.types[JOINT_STATE]
-    header, time = ROS1.types['std_msgs/msg/Header'], ROS1.types['builtin_interfaces/msg/Time']
-    writer = Ros1Writer(path)
-    if compression:
-        writer.set_compression(Ros1Writer.CompressionFormat[compression])
-    with writer:
-        connection = writer.add_connection('/joint_states', JOINT_STATE, typestore=ROS1)
-        for k, (_, _, received, data) in enumerate(rec.samples(count)):
-            sample = rec.TYPES.deserialize_cdr(data, JOINT_STATE)
-            stamp = sample.header.stamp
-            message = kind(header(k, time(stamp.sec, stamp.nanosec), ''), sample.name,
-                           sample.position, sample.velocity, sample.effort)
-            writer.write(connection, received, bytes(ROS1.serialize_ros1(message, JOINT_STATE)))
-    return path
-
-
 @pytest.mark.parametrize('compression', [None, 'BZ2', 'LZ4'])
 def test_bags_of_ros_1_give_the_same_states(compression, tmp_path):
-    path = ros1_bag(tmp_path / 'run.bag', 300, compression)
+    path = rec.write_ros1_bag(tmp_path / 'run.bag', 300, compression)
     assert stamps(path) == (expected(300), [])
     new = rec.write_bag(tmp_path / 'run', rec.samples(300))
     for recording, name in ((path, 'old'), (new, 'new')):
@@ -191,7 +170,7 @@ def test_bags_of_ros_1_give_the_same_states(compression, tmp_path):
 
 
 def test_a_bag_of_ros_1_that_was_not_closed(tmp_path):
-    data = ros1_bag(tmp_path / 'run.bag', 300).read_bytes()
+    data = rec.write_ros1_bag(tmp_path / 'run.bag', 300).read_bytes()
     for size in (0, 5, 13, 100, 4200, len(data) // 2, len(data) - 1):
         (tmp_path / 'cut.bag').write_bytes(data[:size])
         found, damage = stamps(tmp_path / 'cut.bag')

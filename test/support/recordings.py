@@ -8,6 +8,7 @@ import pytest
 
 pytest.importorskip('rosbags')
 
+from rosbags.rosbag1 import Writer as Ros1Writer    # noqa: E402
 from rosbags.rosbag2 import Reader, StoragePlugin, Writer    # noqa: E402
 from rosbags.typesys import get_typestore, Stores    # noqa: E402
 
@@ -15,6 +16,7 @@ from screw_kinematics import models    # noqa: E402
 from screw_kinematics.tools import robot_options    # noqa: E402
 
 TYPES = get_typestore(Stores.ROS2_JAZZY)
+ROS1 = get_typestore(Stores.ROS1_NOETIC)
 START = 1_700_000_000_123_456_789
 JOINT_STATE = 'sensor_msgs/msg/JointState'
 ROBOTS = Path(__file__).parents[2] / 'config' / 'robots'
@@ -57,6 +59,24 @@ def write_bag(path, messages, storage='mcap'):
             if topic not in connections:
                 connections[topic] = writer.add_connection(topic, kind, typestore=TYPES)
             writer.write(connections[topic], received, data)
+    return path
+
+
+def write_ros1_bag(path, count, compression=None):
+    """Write a bag of ROS 1 with the PUMA's joint states; return its path."""
+    kind = ROS1.types[JOINT_STATE]
+    header, time = ROS1.types['std_msgs/msg/Header'], ROS1.types['builtin_interfaces/msg/Time']
+    writer = Ros1Writer(path)
+    if compression:
+        writer.set_compression(Ros1Writer.CompressionFormat[compression])
+    with writer:
+        connection = writer.add_connection('/joint_states', JOINT_STATE, typestore=ROS1)
+        for k, (_, _, received, data) in enumerate(samples(count)):
+            sample = TYPES.deserialize_cdr(data, JOINT_STATE)
+            stamp = sample.header.stamp
+            message = kind(header(k, time(stamp.sec, stamp.nanosec), ''), sample.name,
+                           sample.position, sample.velocity, sample.effort)
+            writer.write(connection, received, bytes(ROS1.serialize_ros1(message, JOINT_STATE)))
     return path
 
 

@@ -1,0 +1,210 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Tables of joint samples: whatever they look like, the same samples; or a question."""
+import csv
+import gzip
+
+import numpy as np
+import pyarrow
+from pyarrow import parquet
+import pytest
+
+from screw_kinematics.errors import ParameterError, ToolError
+from screw_kinematics.recordings.joint_table import JointTable, TableFormat
+from screw_kinematics.recordings.tables import read_history
+from screw_kinematics.tools.bag import main as bag
+from support import recordings as rec
+
+PUMA = str(rec.ROBOTS / 'puma560.yaml')
+JOINTS = {'shoulder_1': 'revolute', 'shoulder_10': 'revolute', 'slide': 'prismatic'}
+START = rec.START
+
+
+def motion(count, rate=200.0):
+    """Return stamps [ns], positions and velocities."""
+    stamps = [START + round(k / rate * 1e9) for k in range(count)]
+    t = (np.array(stamps) - START) * 1e-9
+    q = np.stack([np.sin(t), 0.5 * np.cos(2 * t), 0.3 * np.sin(3 * t)], axis=1)
+    qd = np.stack([np.cos(t), -np.sin(2 * t), 0.9 * np.cos(3 * t)], axis=1)
+    return stamps, q, qd
+
+
+def write(path, names, columns):
+    """Write a table, CSV or Parquet by its ending; return its path."""
+    if path.suffix == '.parquet':
+        parquet.write_table(pyarrow.table(dict(zip(names, columns))), path)
+        return path
+    with (gzip.open if path.suffix == '.gz' else open)(path, 'wt', newline='') as file:
+        writer = csv.writer(file)
+        writer.writerow(names)
+        writer.writerows(zip(*columns))
+    return path
+
+
+def samples(path, stated=None, joints=None):
+    """Return stamps, positions and velocities that are read."""
+    found = [sample for _, _, sample in JointTable(path, stated).samples(joints or JOINTS)]
+    return ([s.stamp_ns for s in found], np.array([s.position for s in found]),
+            np.array([s.velocity for s in found]))
+
+
+def agree(path, stated=None, velocity=True, first=START, tolerance=1e-12):
+    stamps, q, qd = motion(50)
+    found = samples(path, stated)
+    assert found[0] == [stamp - START + first for stamp in stamps]
+    np.testing.assert_allclose(found[1], q, rtol=0, atol=tolerance)
+    np.testing.assert_allclose(found[2], qd if velocity else np.zeros((50, 0)), atol=tolerance)
+
+
+def seconds(stamps, since=0):
+    """Return stamps in s as text, with all their digits."""
+    return [f'{(s - since) // 10**9}.{(s - since) % 10**9:09d}' for s in stamps]
+
+
+BY_NAME = ['shoulder_1', 'shoulder_10', 'slide']
+WAYS = {
+    'names': BY_NAME + ['shoulder_1_vel', 'shoulder_10_vel', 'slide_vel'],
+    'dotted': [f'position.{n}' for n in BY_NAME] + [f'velocity.{n}' for n in BY_NAME],
+    'plotjuggler': [f'/joint_states/{n}/{what}' for what in ('position', 'velocity')
+                    for n in BY_NAME],
+    'from 1': ['q1', 'q2', 'q3', 'qd1', 'qd2', 'qd3'],
+    'from 0': ['q0', 'q1', 'q2', 'v0', 'v1', 'v2'],
+    'brackets': [f'{what}[{i}]' for what in ('position', 'velocity') for i in range(3)],
+    'joint_i_pos': [f'joint_{i}_pos' for i in (1, 2, 3)] + [f'joint_{i}_vel' for i in (1, 2, 3)],
+}
+
+
+@pytest.mark.parametrize('ending', ['.csv', '.csv.gz', '.parquet'])
+@pytest.mark.parametrize('way', WAYS)
+def test_columns_are_found(way, ending, tmp_path):
+    stamps, q, qd = motion(50)
+    extra = [f'effort_{i}' for i in (1, 2, 3)] + ['note']
+    agree(write(tmp_path / f'x{ending}', ['stamp_ns', *WAYS[way], *extra],
+                [stamps, *q.T.tolist(), *qd.T.tolist(), *[[0.0] * 50] * 3, ['x'] * 50]))
+
+
+@pytest.mark.parametrize('name, values', [
+    ('stamp', lambda s: seconds(s)), ('time', lambda s: [x / 1e6 for x in s]),
+    ('timestamp', lambda s: [x // 1000 for x in s]), ('t', lambda s: s),
+    ('Time [ms]', lambda s: [x / 1e6 for x in s]), ('%time', lambda s: s)])
+def test_stamps_since_1970_in_any_unit(name, values, tmp_path):
+    stamps, q, _ = motion(50)
+    path = write(tmp_path / 'x.csv', [name, *BY_NAME], [values(stamps), *q.T.tolist()])
+    found = samples(path)[0]
+    exact = name in ('stamp', 't', '%time')
+    assert max(abs(a - b) for a, b in zip(found, stamps)) <= (0 if exact else 1000)
+
+
+@pytest.mark.parametrize('factor', [1e9, 1e6, 1e3, 1])
+def test_stamps_without_an_epoch_by_the_rate_they_mean(factor, tmp_path):
+    stamps, q, _ = motion(50)
+    since = [(stamp - START) / factor for stamp in stamps]
+    path = write(tmp_path / 'x.csv', ['t', *BY_NAME], [since, *q.T.tolist()])
+    agree(path, velocity=False, first=0)
+    agree(path, TableFormat(epoch=START), velocity=False)
+
+
+def test_seconds_and_nanoseconds_and_dates(tmp_path):
+    stamps, q, _ = motion(50)
+    agree(write(tmp_path / 'x.csv', ['header.stamp.sec', 'header.stamp.nanosec', *BY_NAME],
+                [[s // 10**9 for s in stamps], [s % 10**9 for s in stamps], *q.T.tolist()]),
+          velocity=False)
+    dates = [str(np.datetime64(s // 1000, 'us')) for s in stamps]
+    found = samples(write(tmp_path / 'y.csv', ['time', *BY_NAME], [dates, *q.T.tolist()]))[0]
+    assert max(abs(a - b) for a, b in zip(found, stamps)) < 1000
+
+
+def test_rostopic_echo(tmp_path):
+    """Names are in the rows, in the order of the message."""
+    stamps, q, qd = motion(50)
+    order = [2, 0, 1]
+    names = (['%time', 'field.header.seq', 'field.header.stamp', 'field.header.frame_id']
+             + [f'field.{what}{i}' for what in ('name', 'position', 'velocity', 'effort')
+                for i in range(3)])
+    columns = [stamps, range(50), stamps, [''] * 50, *[[BY_NAME[i]] * 50 for i in order],
+               *q[:, order].T.tolist(), *qd[:, order].T.tolist(), *[[0.0] * 50] * 3]
+    agree(write(tmp_path / 'x.csv', names, columns))
+
+
+def test_columns_that_are_stated(tmp_path):
+    stamps, q, qd = motion(50)
+    path = write(tmp_path / 'x.csv', ['when', 'a', 'b', 'c', 'db'],
+                 [seconds(stamps), *q.T.tolist(), qd[:, 1].tolist()])
+    stated = {'stamp': 'when', 'shoulder_1': 'a', 'shoulder_10': 'b', 'slide': 'c'}
+    agree(path, TableFormat(stated), velocity=False)
+    with pytest.raises(ParameterError, match="columns slide' is 'z'; allowed: of .*when, a, b"):
+        samples(path, TableFormat({**stated, 'slide': 'z'}))
+
+
+def test_degrees_and_millimetres(tmp_path):
+    stamps, q, qd = motion(50)
+    factors = [180 / np.pi, 180 / np.pi, 1000]
+    columns = [stamps, *(q * factors).T.tolist(), *(qd * factors).T.tolist()]
+    path = write(tmp_path / 'x.csv', ['stamp_ns', *WAYS['names']], columns)
+    agree(path, TableFormat(angle='deg', length='mm'))
+    with pytest.raises(ToolError, match=r'joint shoulder_1 \(revolute\) is at 12.78\d* in row 46; '
+                       'what unit is that'):
+        samples(path)
+    named = ['shoulder_1_deg', 'shoulder_10_deg', 'slide_deg']
+    agree(write(tmp_path / 'y.csv', ['stamp_ns', *named],
+                [stamps, *(q * [180 / np.pi, 180 / np.pi, 1]).T.tolist()]), velocity=False)
+
+
+@pytest.mark.parametrize('names, values, message', [
+    (['a', *BY_NAME], None, 'no column of stamps; seen: a, shoulder_1, shoulder_10, slide'),
+    (['t', 'shoulder_1', 'x', 'slide'], None,
+     'no column for the position of shoulder_10; seen: t, shoulder_1, x, slide; name them by '
+     '--columns shoulder_10=COLUMN'),
+    (['t', 'q1_left', 'q2_left', 'q3'], None, 'no column for the position of shoulder_1'),
+    (['t', 'left_q1', 'right_q1', 'slide'], None, 'no column for the position of shoulder_1'),
+    (['t', 'pos_shoulder_1', 'shoulder_1_pos', 'slide'], None, 'may be shoulder_1; choose by'),
+    (['t', *BY_NAME], lambda k: k * 150.0,
+     'begin with 0.0 and advance by 150 a row, which is 10 to '
+     '5000 rows a second in no unit; state it by --time-unit s, ms, us, ns'),
+    (['t', *BY_NAME], lambda k: 'yesterday', "column 't' is 'yesterday'; allowed: a number or"),
+    (['t', *BY_NAME], lambda k: 'nan', 'not finite'),
+])
+def test_what_is_not_clear_is_asked(names, values, message, tmp_path):
+    _, q, _ = motion(50)
+    stamps = [0.01 * k if values is None else values(k) for k in range(50)]
+    path = write(tmp_path / 'x.csv', names, [stamps, *q.T.tolist()])
+    with pytest.raises(ToolError, match=message):
+        samples(path)
+
+
+@pytest.mark.parametrize('content', [b'', b'\n', b'\xff\xfe\x00', b't,q1\n', b'PAR1'])
+@pytest.mark.parametrize('ending', ['.csv', '.parquet'])
+def test_no_table(content, ending, tmp_path, capsys):
+    (tmp_path / f'x{ending}').write_bytes(content)
+    assert bag.main([str(tmp_path / f'x{ending}'), '--robot', PUMA,
+                     '--output', str(tmp_path / 'y.csv')]) == 2
+    assert capsys.readouterr().err.count('\n') == 1
+    assert not (tmp_path / 'y.csv').exists()
+
+
+def test_text_among_numbers(tmp_path):
+    stamps, q, _ = motion(50)
+    columns = [stamps, *q.T.tolist()]
+    columns[2][7] = 'off'
+    path = write(tmp_path / 'x.csv', ['t', *BY_NAME], columns)
+    with pytest.raises(ToolError, match="column 'shoulder_10' holds string values"):
+        samples(path)
+    columns[2][7] = ''      # an empty cell is a value that was not measured
+    assert np.isnan(samples(write(path, ['t', *BY_NAME], columns))[1][7, 1])
+
+
+def test_a_table_gives_the_states_of_the_bag_it_is_of(tmp_path, capsys):
+    given = [rec.TYPES.deserialize_cdr(data, kind) for _, kind, _, data in rec.samples(600)]
+    path = write(tmp_path / 'x.csv', ['stamp', *rec.PUMA.joint_names, *[
+        f'{name}_velocity' for name in rec.PUMA.joint_names]], [
+        seconds(map(rec.stamp_of, given)),
+        *np.array([m.position for m in given]).T.tolist(),
+        *np.array([m.velocity for m in given]).T.tolist()])
+    recorded = rec.write_bag(tmp_path / 'run', rec.samples(600))
+    for source, name in ((path, 'table'), (recorded, 'bag')):
+        assert bag.main([str(source), '--robot', PUMA, '--output',
+                         str(tmp_path / f'{name}.parquet')]) == 0
+    table, other = (read_history(tmp_path / f'{name}.parquet', ['accel'])
+                    for name in ('table', 'bag'))
+    assert table.start == other.start
+    np.testing.assert_array_equal(table.values['accel'], other.values['accel'])
