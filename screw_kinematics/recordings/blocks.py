@@ -24,7 +24,7 @@ from ..pipeline.group_motion import LARGEST
 from ..pipeline.joint_groups import JointGroup, JointGroups
 from ..screws.se3 import Array
 
-BLOCK = 6_400
+BLOCK = 20_000
 """Samples of its own that a block has, of the joints that come most often."""
 
 CONTEXT = 1.0

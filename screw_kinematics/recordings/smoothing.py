@@ -11,7 +11,7 @@ import numpy as np
 
 from .blocks import Block, GroupSamples
 from .interpolation import interpolate, NODES
-from ..errors import Reason
+from ..errors import InvalidValueError, Reason
 from ..motion.smoother import smooth
 from ..pipeline.settings import MotionSettings
 from ..screws.se3 import Array
@@ -113,10 +113,15 @@ class Smoother:
             return _GroupMotion.nothing(self.order, len(samples.columns))
         start = samples.stamps[kept[0]]
         velocities = samples.velocities[kept]
-        smoothed = smooth(
-            (samples.stamps[kept] - start) * 1e-9, samples.positions[kept],
-            velocities if self.source != 'estimated' and np.isfinite(velocities).any() else None,
-            continuous=[self.continuous[c] for c in samples.columns], **self.limits)
+        try:
+            smoothed = smooth(
+                (samples.stamps[kept] - start) * 1e-9, samples.positions[kept],
+                velocities if self.source != 'estimated' and np.isfinite(velocities).any()
+                else None,
+                continuous=[self.continuous[c] for c in samples.columns], **self.limits)
+        except InvalidValueError:       # jumps everywhere
+            refused[Reason.IMPLAUSIBLE_JUMP] += int(own[kept].sum())
+            return _GroupMotion.nothing(self.order, len(samples.columns))
         derivatives = [smoothed.position, smoothed.velocity, smoothed.acceleration,
                        smoothed.jerk]
         if self.order > 3:
