@@ -20,7 +20,19 @@ class ScrewKinematicsError(Exception):
 
 
 class ShapeError(ScrewKinematicsError, ValueError):
-    """An array has the wrong shape."""
+    """
+    An array has the wrong shape.
+
+    Parameters
+    ----------
+    name : str
+        Of the array.
+    expected : str
+        The allowed shape, as ``'(..., 6)'``.
+    actual : tuple of int
+        The one it has.
+
+    """
 
     def __init__(self, name: str, expected: str, actual: tuple[int, ...]) -> None:
         super().__init__(f'{name}: expected shape {expected}, got {tuple(actual)}')
@@ -31,7 +43,19 @@ class InvalidValueError(ScrewKinematicsError, ValueError):
 
 
 class UnknownNameError(ScrewKinematicsError, KeyError):
-    """A name is not one of the known ones; the message lists those that are."""
+    """
+    A name is not one of the known ones; the message lists those that are.
+
+    Parameters
+    ----------
+    what : str
+        What is named.
+    name : object
+        The unknown name.
+    known : iterable of str
+        Those that exist.
+
+    """
 
     def __init__(self, what: str, name: object, known: Iterable[str]) -> None:
         known = list(known)
@@ -44,7 +68,17 @@ class UnknownNameError(ScrewKinematicsError, KeyError):
 
 
 class ModelError(ScrewKinematicsError, ValueError):
-    """A robot description cannot be turned into a chain."""
+    """
+    A robot description cannot be turned into a chain.
+
+    Parameters
+    ----------
+    source : str
+        File or topic it came from.
+    problem : str
+        What is wrong where, and what is allowed.
+
+    """
 
     def __init__(self, source: str, problem: str) -> None:
         self.source = source
@@ -53,14 +87,36 @@ class ModelError(ScrewKinematicsError, ValueError):
 
 
 class ParameterError(ScrewKinematicsError, ValueError):
-    """A node parameter or command line option has a wrong value."""
+    """
+    A node parameter or command line option has a wrong value.
+
+    Parameters
+    ----------
+    parameter : str
+        Its full name.
+    value : object
+        What it was set to.
+    allowed : str
+        What may stand there.
+
+    """
 
     def __init__(self, parameter: str, value: object, allowed: str) -> None:
         super().__init__(f'parameter {parameter!r} is {value!r}; allowed: {allowed}')
 
 
 class SingularityError(ScrewKinematicsError, ValueError):
-    """An inverse problem has no exact solution; ``screw`` is the blocked direction."""
+    """
+    An inverse problem has no exact solution; ``screw`` is the blocked direction.
+
+    Parameters
+    ----------
+    message : str
+        What cannot be reached, and why.
+    screw : object, optional
+        The reciprocal screw that the wanted motion works against.
+
+    """
 
     def __init__(self, message: str, screw: object = None) -> None:
         self.screw = screw
@@ -72,7 +128,19 @@ class ToolError(ScrewKinematicsError, RuntimeError):
 
 
 class ClosureError(ScrewKinematicsError, ValueError):
-    """A loop of a parallel manipulator does not close; ``limb`` and ``misfit`` say which."""
+    """
+    A loop of a parallel manipulator does not close; ``limb`` and ``misfit`` say which.
+
+    Parameters
+    ----------
+    limb : str
+        Name of the limb.
+    misfit : float
+        How far its end is from the platform [m, with the characteristic length].
+    problem : str
+        How the search ended.
+
+    """
 
     def __init__(self, limb: str, misfit: float, problem: str) -> None:
         self.limb = limb
@@ -91,6 +159,15 @@ class MissingExtraError(ScrewKinematicsError, ImportError):
     Raised where an ImportError is handled, it hands on what that said, unless it is just that
     the package is not there.
 
+    Parameters
+    ----------
+    package : str
+        Name it is imported by.
+    extra : str
+        The extra of this package that installs it.
+    purpose : str
+        What needs it.
+
     """
 
     def __init__(self, package: str, extra: str, purpose: str) -> None:
@@ -106,7 +183,17 @@ class MissingExtraError(ScrewKinematicsError, ImportError):
 
 
 class MalformedMessageError(ScrewKinematicsError, ValueError):
-    """The bytes of a message do not follow its type."""
+    """
+    The bytes of a message do not follow its type.
+
+    Parameters
+    ----------
+    message_type : str
+        As ROS writes it, such as 'sensor_msgs/JointState'.
+    problem : str
+        What does not fit.
+
+    """
 
     def __init__(self, message_type: str, problem: str) -> None:
         super().__init__(f'a {message_type} message is malformed: {problem}')

@@ -107,6 +107,10 @@ class SerialChain(Manipulator):
         tip_frame : str, optional
             Name of the new tip frame.
 
+        Returns
+        -------
+        SerialChain
+
         """
         return SerialChain(
             self.joints, self.T_base_tool @ rigid_displacement('T_tip_tool', T_tip_tool),
@@ -115,9 +119,18 @@ class SerialChain(Manipulator):
 
     def joint_values(self, q: Any, order: int = 0) -> Array:
         """
-        Return the values of all joints, shape (..., number of joints), from the measured ones.
+        Return the values of all joints from the measured ones.
 
-        Parameters as of ``MimicCoupling.values``.
+        Parameters
+        ----------
+        q : array, shape (..., dof)
+            Positions of the measured joints, or derivatives of them [rad, m].
+        order : int
+            The order of these derivatives: followers' offsets count at order 0 only.
+
+        Returns
+        -------
+        array, shape (..., number of joints)
 
         """
         return self._coupling.values(q, order)
@@ -334,6 +347,10 @@ class SerialChain(Manipulator):
             'jacobian' (6 x dof by rows).
         axes, pole : {'base', 'tip'}
             Whose axes all but the pose are in, and the point they refer to.
+
+        Returns
+        -------
+        Program
 
         Raises
         ------

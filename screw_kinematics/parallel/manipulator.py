@@ -168,6 +168,10 @@ class ParallelManipulator(Manipulator):
         tip_frame : str, optional
             Name of the new tip frame.
 
+        Returns
+        -------
+        ParallelManipulator
+
         """
         return ParallelManipulator(
             [chain.with_tool(T_tip_tool, tip_frame) for chain in self.limbs], self.joint_names,
@@ -233,6 +237,11 @@ class ParallelManipulator(Manipulator):
     def check_assembly_mode(self, posture: ClosedPosture) -> None:
         """
         Raise an error unless a posture is in the home's assembly mode.
+
+        Parameters
+        ----------
+        posture : ClosedPosture
+            Where the manipulator is.
 
         Raises
         ------
@@ -469,6 +478,10 @@ class ParallelManipulator(Manipulator):
             As for a serial chain.
         axes, pole : {'base', 'tip'}
             Whose axes, and about which point, the six-vectors are.
+
+        Returns
+        -------
+        ParallelProgram
 
         """
         return ParallelProgram(self, outputs, axes, pole)

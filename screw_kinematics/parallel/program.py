@@ -168,7 +168,25 @@ class ParallelProgram(Program):
         return {name: results[:, part] for name, part in self.slices.items()}
 
     def source(self, language: str, name: str = 'tip_motion') -> str:
-        """Raise an error: a posture is searched for, which is no straight-line program."""
+        """
+        Raise an error: a posture is searched for, which is no straight-line program.
+
+        Parameters
+        ----------
+        language, name : str
+            As of :meth:`.Program.source`.
+
+        Returns
+        -------
+        str
+            Never.
+
+        Raises
+        ------
+        InvalidValueError
+            Always.
+
+        """
         raise InvalidValueError(
             'a parallel manipulator has no source text; its postures are found by iteration')
 

@@ -48,12 +48,26 @@ class StraightLine:
     outputs: tuple[Union[int, float], ...]
 
     def count(self) -> dict[str, int]:
-        """Return how many operations there are of each kind."""
+        """
+        Return how many operations there are of each kind.
+
+        Returns
+        -------
+        dict of str to int
+
+        """
         kinds = [operation.kind for operation in self.operations]
         return {kind: kinds.count(kind) for kind in sorted(set(kinds))}
 
     def uses(self) -> list[int]:
-        """Return how often each value is read, outputs included."""
+        """
+        Return how often each value is read, outputs included.
+
+        Returns
+        -------
+        list of int
+
+        """
         uses = [0] * (self.n_inputs + len(self.operations))
         for operation in self.operations:
             for index in operation.operands:
@@ -74,6 +88,10 @@ class StraightLine:
             inputs that nothing reads.
         outputs : sequence of int or float
             Values the part shall compute from them, or constants.
+
+        Returns
+        -------
+        StraightLine
 
         """
         new_index = {value: k for k, value in enumerate(inputs) if value >= 0}

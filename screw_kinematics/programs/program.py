@@ -152,6 +152,10 @@ class Program:
         name : str
             Name of the function.
 
+        Returns
+        -------
+        str
+
         Raises
         ------
         UnknownNameError, InvalidValueError
@@ -188,7 +192,15 @@ class Program:
         return self.base_frame if which == 'base' else self.tip_frame
 
     def continue_from(self, before: Program) -> None:
-        """Do nothing: samples of an open chain are independent; see ParallelProgram."""
+        """
+        Do nothing: samples of an open chain are independent; see ParallelProgram.
+
+        Parameters
+        ----------
+        before : Program
+            The one that evaluated the samples so far.
+
+        """
 
     def _results(self, n_samples: int, out: Array | None) -> Array:
         """Return the array that the results of a batch go to."""

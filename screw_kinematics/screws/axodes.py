@@ -26,8 +26,15 @@ class Axodes(NamedTuple):
     """
     The screw axes of a motion, as seen from the base and from the moving body.
 
-    ``fixed`` is about the base's origin and in its axes, ``moving`` about the tip's and in
-    its; the i-th line of both is the same line of space at instant i.
+    The i-th line of both is the same line of space at instant i.
+
+    Parameters
+    ----------
+    fixed : Screw
+        About the base's origin and in its axes.
+    moving : Screw
+        About the tip's origin and in its axes.
+
     """
 
     fixed: Screw

@@ -40,12 +40,12 @@ class BodyState:
         T_base_tool; always maps tool coordinates to base coordinates.
     reduced : tuple of array, shape (..., 6)
         Reduced states of order 1, 2, ... about ``pole_in_base``, in the axes ``axes``.
+    pole_in_base : array, shape (..., 3)
+        The pole in base coordinates [m].
     pole : str
         'tip', 'base' or 'point': which point the states refer to.
     axes : {'base', 'tip'}
         Whose axes the components are in.
-    pole_in_base : array, shape (..., 3)
-        The pole in base coordinates [m].
     base_frame, tip_frame : str
         Frame names.
 

@@ -131,7 +131,9 @@ def link_states(screws: Sequence[Array], derivatives: Sequence[Any]) -> list[lis
 
     Parameters
     ----------
-    screws, derivatives
+    screws : sequence of array, shape (..., 6)
+        As of :func:`chain_states`.
+    derivatives : sequence
         As of :func:`chain_states`.
 
     Returns

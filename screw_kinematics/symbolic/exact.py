@@ -144,7 +144,7 @@ class DHJoint(DHRow):
 
     Parameters
     ----------
-    a, alpha, d, theta
+    a, alpha, d, theta : float or SymPy expression
         As in :class:`~screw_kinematics.chains.dh.DHRow`; floats are taken as the exact
         number they stand for, angles as the fraction of pi.
     kind : {'revolute', 'prismatic'}
@@ -159,11 +159,25 @@ class DHJoint(DHRow):
     kind: str = 'revolute'
 
     def link(self) -> Array:
-        """Return the displacement along and about x, shape (4, 4)."""
+        """
+        Return the displacement along and about x.
+
+        Returns
+        -------
+        array, shape (4, 4)
+
+        """
         return _displacement([1, 0, 0], self.alpha, self.a)
 
     def joint(self) -> Array:
-        """Return the displacement along and about z at q = 0, shape (4, 4)."""
+        """
+        Return the displacement along and about z at q = 0.
+
+        Returns
+        -------
+        array, shape (4, 4)
+
+        """
         return _displacement([0, 0, 1], self.theta, self.d)
 
 
