@@ -81,7 +81,8 @@ class Trial:
             os.environ.update(
                 {'ROS_DOMAIN_ID': str(domain), 'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST'})
             # Of the driver alone: contenders have their own settings, or none.
-            os.environ.pop(fast_dds.PROFILES, None)
+            for variable in fast_dds.FAST_DDS_3.variables:
+                os.environ.pop(variable, None)
             environment = dict(os.environ)
             fast_dds.settle()
             self._connect(domain, stack)

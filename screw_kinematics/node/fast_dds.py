@@ -4,21 +4,48 @@
 from __future__ import annotations
 
 from collections.abc import MutableMapping
+from importlib.metadata import PackageNotFoundError, version
 import os
+
+from typing import NamedTuple
 
 from ..errors import ModelError
 from ..models.uri import local_path
 
-PROFILES = 'FASTRTPS_DEFAULT_PROFILES_FILE'
-"""Where Fast DDS looks for its settings; other middlewares do not know it."""
 
-IN_WORKING_DIRECTORY = 'DEFAULT_FASTRTPS_PROFILES.xml'
-"""The other place where it looks."""
-
-
-def settle(environment: MutableMapping[str, str] = os.environ) -> None:
+class Generation(NamedTuple):
     """
-    Give Fast DDS the settings in ``config/fast_dds.xml``, unless the user has given some.
+    Where one generation of Fast DDS looks for its settings, and ours for it.
+
+    Attributes
+    ----------
+    variables : tuple of str
+        Environment variables that name a file, the first of them the one to use; other
+        middlewares do not know them.
+    in_working_directory : str
+        The file that it reads without being asked.
+    profile : str
+        Our file, in ``config/``.
+
+    """
+
+    variables: tuple[str, ...]
+    in_working_directory: str
+    profile: str
+
+
+FAST_DDS_2 = Generation(
+    ('FASTRTPS_DEFAULT_PROFILES_FILE',), 'DEFAULT_FASTRTPS_PROFILES.xml', 'fast_dds_2.xml')
+# Its adapter in ROS still heeds the former name, with a warning.
+FAST_DDS_3 = Generation(
+    ('FASTDDS_DEFAULT_PROFILES_FILE', 'FASTRTPS_DEFAULT_PROFILES_FILE'),
+    'DEFAULT_FASTDDS_PROFILES.xml', 'fast_dds_3.xml')
+
+
+def settle(environment: MutableMapping[str, str] = os.environ,
+           generation: Generation | None = None) -> None:
+    """
+    Give Fast DDS our settings, unless the user has given it some.
 
     To be called before the middleware starts.
 
@@ -26,11 +53,25 @@ def settle(environment: MutableMapping[str, str] = os.environ) -> None:
     ----------
     environment : mapping from str to str
         The variables of the process.
+    generation : Generation, optional
+        By default the one that comes with ROS as it is installed here.
 
     """
-    if PROFILES in environment or os.path.exists(IN_WORKING_DIRECTORY):
+    own = generation or installed()
+    if any(name in environment for name in own.variables) \
+            or os.path.exists(own.in_working_directory):
         return
     try:
-        environment[PROFILES] = str(local_path('package://screw_kinematics/config/fast_dds.xml'))
+        environment[own.variables[0]] = str(
+            local_path(f'package://screw_kinematics/config/{own.profile}'))
     except ModelError:
         pass    # installed without its data files: slower, and otherwise the same
+
+
+def installed() -> Generation:
+    """Return the generation that comes with the ROS of rclpy: the third from Kilted on."""
+    try:
+        jazzy_or_older = int(version('rclpy').partition('.')[0]) <= 7
+    except PackageNotFoundError:
+        jazzy_or_older = os.environ.get('ROS_DISTRO', '') in ('humble', 'iron', 'jazzy')
+    return FAST_DDS_2 if jazzy_or_older else FAST_DDS_3

@@ -1,7 +1,10 @@
 # Copyright screw_kinematics contributors
 # SPDX-License-Identifier: Apache-2.0
 """Fast DDS gets the node's settings, or the user's own."""
+import os
 from pathlib import Path
+import subprocess
+import sys
 import time
 
 from geometry_msgs.msg import TwistStamped
@@ -12,18 +15,44 @@ from support.rig import joint_state, PUMA, RELIABLE_INPUT, running
 
 JOINTS = tuple(f'q{i}' for i in range(1, 7))
 MS = 1_000_000
+ROOT = Path(__file__).parents[2]
 
 
-def test_a_file_of_the_user_is_left_alone(tmp_path, monkeypatch):
-    environment = {fast_dds.PROFILES: 'mine.xml'}
-    fast_dds.settle(environment)
-    assert environment == {fast_dds.PROFILES: 'mine.xml'}
+GENERATIONS = pytest.mark.parametrize('generation', [fast_dds.FAST_DDS_2, fast_dds.FAST_DDS_3],
+                                      ids=lambda generation: generation.profile)
+
+
+@GENERATIONS
+def test_it_is_told_where_our_file_is(generation):
+    environment = {}
+    fast_dds.settle(environment, generation)
+    assert [*environment] == [generation.variables[0]]
+    assert Path(environment[generation.variables[0]]) == ROOT / 'config' / generation.profile
+
+
+@GENERATIONS
+def test_a_file_of_the_user_is_left_alone(tmp_path, monkeypatch, generation):
+    for variable in generation.variables:
+        environment = {variable: 'mine.xml'}
+        fast_dds.settle(environment, generation)
+        assert environment == {variable: 'mine.xml'}
 
     monkeypatch.chdir(tmp_path)
-    (tmp_path / fast_dds.IN_WORKING_DIRECTORY).touch()
+    (tmp_path / generation.in_working_directory).touch()
     environment = {}
-    fast_dds.settle(environment)
+    fast_dds.settle(environment, generation)
     assert environment == {}
+
+
+def test_fast_dds_takes_its_settings(tmp_path):
+    """It tells of what it does not know in its settings, line by line, at every start."""
+    code = ('import rclpy; from screw_kinematics.node import fast_dds; fast_dds.settle(); '
+            'rclpy.init(); rclpy.create_node("n").create_publisher('
+            '__import__("std_msgs.msg").msg.String, "t", 1); rclpy.shutdown()')
+    run = subprocess.run([sys.executable, '-c', code], cwd=tmp_path, text=True,
+                         capture_output=True, env={**os.environ, 'PYTHONPATH': str(ROOT)})
+    assert run.returncode == 0, run.stderr
+    assert 'XML' not in run.stdout + run.stderr, run.stdout + run.stderr
 
 
 def test_without_data_files_the_node_still_starts(tmp_path, monkeypatch):
