@@ -57,7 +57,7 @@ LATE_LAG = cython.declare(cython.double, 5e-3)
 # Numbers of a joint in a bank: latest sample; the encoder's step, share of changes that are
 # multiples of it, their number; deviation of the sample that waits, samples that wait, usual
 # deviation, noise, number of odd samples, limit when the first came, whether it was taken; the
-# state without it.
+# state without it; the step before it.
 LAST = cython.declare(cython.int, 0)
 QUANTUM = cython.declare(cython.int, 1)
 FIT = cython.declare(cython.int, 2)
@@ -70,7 +70,8 @@ ODD = cython.declare(cython.int, 8)
 LIMIT = cython.declare(cython.int, 9)
 TAKEN = cython.declare(cython.int, 10)
 WITHOUT = cython.declare(cython.int, 11)
-NUMBERS = cython.declare(cython.int, 15)
+STEP = cython.declare(cython.int, 15)
+NUMBERS = cython.declare(cython.int, 16)
 
 # Numbers of a joint's velocity: latest position and velocity, samples; integrals over MEMORY of
 # (velocity less position step), of the velocity's change, of the velocity; the same over 0.1 s;
@@ -194,7 +195,8 @@ class Bank:
     trust: cython.double[:, ::1]      # (n, V_NUMBERS)
     p: cython.double[:, ::1]          # covariances, (10, M); `ahead`: before the latest sample
     ahead: cython.double[:, ::1]
-    gain: cython.double[:, ::1]       # (4, M)
+    gain: cython.double[:, ::1]       # (4, M); `gain_before`: those of the sample before
+    gain_before: cython.double[:, ::1]
     s: cython.double[::1]             # variance of the innovation
     ls: cython.double[::1]            # its logarithm, with the handicap
     lsum: cython.double[::1]          # forgetful mean of that
@@ -249,7 +251,8 @@ class Bank:
                         * FACTORIAL[order - 1 - j])
         self.position, self.velocity = Channel(n, m), Channel(n, m)
         self.trust = table(n, V_NUMBERS)
-        self.p, self.ahead, self.gain = table(10, m), table(10, m), table(4, m)
+        self.p, self.ahead = table(10, m), table(10, m)
+        self.gain, self.gain_before = table(4, m), table(4, m)
         self.s, self.ls, self.lsum = zeros(m), zeros(m), zeros(m)
         self.now, self.out, self.instead = table(4, n), table(14, n), zeros(n)
         self.smooth, self.work, self.mixed = table(4, m), table(16, m), zeros(6)
@@ -478,6 +481,8 @@ class Bank:
             off = fabs(g[2, k] - g2) - change * fabs(g2)
             if off > 0.0:
                 change = fabs(g[2, k] - g2) / (fabs(g2) + LEAST)
+            for i in range(4):
+                self.gain_before[i, k] = g[i, k]
             g[0, k], g[1, k], g[2, k], g[3, k] = g0, g1, g2, g3
             self.s[k] = s
         for k in range(self.m):
@@ -546,7 +551,7 @@ class Bank:
                     score = taken
                     u[j, WAITING] = 1.0
                     u[j, PENDING] = deviation
-                    u[j, LIMIT] = limit
+                    u[j, LIMIT], u[j, STEP] = limit, r
                     u[j, ODD] += 1.0
                     u[j, TAKEN] = 1.0 if taken else 0.0
                     u[j, WITHOUT] = foreseen
@@ -607,15 +612,16 @@ class Bank:
         Decide, by the sample after it, about the sample that waits.
 
         Its own deviation p, the next one's d0 from where the joint would be without it: back
-        within the limit, it was odd and is forgotten; 1.5 to 9 times p (velocity or acceleration
-        jumped), it was real, and what it says is added now. Else the next one waits too.
+        within the limit, it was odd and is forgotten; as many times p as if velocity or
+        acceleration had jumped, it was real, and what it says is added now. Else the next one
+        waits too.
         """
         k: cython.Py_ssize_t
         i: cython.Py_ssize_t
         first: cython.Py_ssize_t = j * self.m
         u: cython.double[:, ::1] = c.joint
         x: cython.double[:, ::1] = c.x
-        g: cython.double[:, ::1] = self.gain
+        h: cython.double[:, ::1] = self.gain_before
         r2: cython.double = r * r
         r3: cython.double = r2 * r
         limit: cython.double = u[j, LIMIT]
@@ -630,15 +636,19 @@ class Bank:
         deviation: cython.double = at - s0
         ratio: cython.double = deviation / pending
         change: cython.double = 0.0
+        # Of equal steps 2, 4, 8 for a jump of velocity, acceleration, jerk; less after a pause.
+        onward: cython.double = r / u[j, STEP] if r < u[j, STEP] else 1.0
+        least: cython.double = exp(0.58 * log(1.0 + onward))
+        most: cython.double = exp(3.17 * log(1.0 + onward))
         if fabs(deviation) <= limit and ratio < 0.5:        # it was odd
             if taken:
                 change = -pending
                 for k in range(first, first + self.m):
                     c.mean[k] = c.before[k]
-        elif not taken and (ratio < 1.5 or ratio > 9.0) and waiting < LONGEST_WAIT:
+        elif not taken and (ratio < least or ratio > most) and waiting < LONGEST_WAIT:
             u[j, WAITING] += 1.0
             u[j, WITHOUT], u[j, WITHOUT + 1], u[j, WITHOUT + 2] = s0, s1, s2
-            if ratio <= 0.5 or ratio > 9.0:
+            if ratio <= 0.5 or ratio > most:
                 u[j, PENDING] = deviation
             return False
         elif not taken:                                     # it was real
@@ -647,10 +657,10 @@ class Bank:
         if change != 0.0:
             for k in range(self.m):
                 i = first + k
-                x[0, i] += change * (g[0, k] + r * g[1, k] + r2 * g[2, k] + r3 * g[3, k])
-                x[1, i] += change * (g[1, k] + 2.0 * r * g[2, k] + 3.0 * r2 * g[3, k])
-                x[2, i] += change * (g[2, k] + 3.0 * r * g[3, k])
-                x[3, i] += change * g[3, k]
+                x[0, i] += change * (h[0, k] + r * h[1, k] + r2 * h[2, k] + r3 * h[3, k])
+                x[1, i] += change * (h[1, k] + 2.0 * r * h[2, k] + 3.0 * r2 * h[3, k])
+                x[2, i] += change * (h[2, k] + 3.0 * r * h[3, k])
+                x[3, i] += change * h[3, k]
                 if self.delayed:
                     c.errors[(slot - waiting + self.size) % self.size, i] += change
         size: cython.double = fabs(deviation)
@@ -1240,6 +1250,17 @@ class Bank:
                 agreed[j] = now[0, j] + median * move[0, j]
             along += move[0, j] * (agreed[j] - now[0, j])
         return along / square, tick
+
+    def encoder_steps(self, unit: cython.double) -> float:
+        """Return by how many steps of its encoder the fastest joint will move in a time [s]."""
+        j: cython.Py_ssize_t
+        most: cython.double = 0.0
+        u: cython.double[:, ::1] = self.position.joint
+        for j in range(self.n):
+            step: cython.double = u[j, QUANTUM] if u[j, FIT] > 0.7 else 0.0
+            steps: cython.double = fabs(self.now[1, j]) * unit / (step if step > 1e-6 else 1e-6)
+            most = steps if steps > most else most
+        return most
 
     # ---- what others ask
 

@@ -26,6 +26,7 @@ else:
 WHOLE = cython.declare(cython.double, 6755399441055744.0)     # adding it rounds
 LEAST = cython.declare(cython.double, 1e-26)
 FIRST = cython.declare(cython.int, 12)        # readings that a search needs
+FINER = cython.declare(cython.double, 0.3)    # deviation of stamps, in periods, of a finer clock
 GUESSES = cython.declare(cython.int, 3)       # periods that a search tries
 SLOPE = (86.0, -142.0, -193.0, -126.0, 0.0, 126.0, 193.0, 142.0, -86.0)
 """Slope of a cubic fitted to nine points, times 1188."""
@@ -477,7 +478,7 @@ class Readings:
                 slow = i + 1
         return n - slow
 
-    def search(self, late: cython.double) -> tuple[float, list[float], float, float, float] | None:
+    def search(self, late: cython.double, period: cython.double) -> tuple[float, list[float], float, float, float] | None:
         """
         Try other countings of the readings; they have to be at least `FIRST`.
 
@@ -490,6 +491,8 @@ class Readings:
         late:
             What the stamps' mean deviation from a line through them may be, beside a quarter of
             the period [s].
+        period:
+            The present one [s].
 
         Returns
         -------
@@ -548,8 +551,10 @@ class Readings:
                 self.gone[i] = self.stamp[i] - self.stamp[0]
             fit_line(self.base, self.gone, n, self.one, self.two, self.out)
             fits[o] = (self.out[0] + self.stamp[0], self.out[1], self.out[2])
-            if self.out[2] > 1.5 * (late + 0.25 * self.out[1]):
-                continue                    # the stamps must bear it, too
+            # The stamps must bear it, too; and show ticks that are finer than the messages'.
+            if (self.out[2] > 1.5 * (late + 0.25 * self.out[1])
+                    or self.out[1] < 0.7 * period and self.out[2] > FINER * self.out[1]):
+                continue
             for i in range(n):
                 self.two[i] = self.options[o, i] * self.out[1]
             gain: cython.double = (0.5 * (n - 4) * log(
@@ -600,11 +605,11 @@ class Readings:
             if k < 0:
                 return found
             last = k
-            period: cython.double = 1.0 / (f0 + k * step)
+            guess: cython.double = 1.0 / (f0 + k * step)
             both: cython.double = 0.0
             square: cython.double = 0.0
             for i in range(good):
-                d: cython.double = (self.one[i] / period + WHOLE) - WHOLE
+                d: cython.double = (self.one[i] / guess + WHOLE) - WHOLE
                 d = d if d > 1.0 else 1.0
                 both += self.one[i] * d
                 square += d * d

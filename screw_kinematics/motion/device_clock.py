@@ -35,8 +35,8 @@ UNFORESEEN = 50.0
 HELD_MOST = 0.1
 """A reading that repeats for longer is of joints that stand, s."""
 
-STEPS_SEEN = 8.0
-"""Steps of the encoder that a joint must have made in a tick for a repetition to be none."""
+STEPS_SEEN = 2.5
+"""Steps of the encoder that a joint must move in a tick for a repetition to be no reading."""
 
 
 class Placed(NamedTuple):
@@ -110,6 +110,7 @@ class DeviceClock:
         self._moved: tuple[array[float], list[float] | None, float, float] = (
             position, None, stamp, 0.0)
         self._steps = 0.0, 0.0
+        self._standing = False
         self._squares = [0.0, 0.0, 0.0]
         self._blocks = 0
         if known is not None and known.ticks is not None:
@@ -157,10 +158,22 @@ class DeviceClock:
             unforeseen = UNFORESEEN * span * span / length
         told = foreseen < 0.3
         age = stamp - self._last
-        if same and (age < 1.3 * self.hold or age < HELD_MOST and self._stands(length)):
+        self._standing = same and bank is not None and (
+            self._standing or self._stands(length, bank))
+        if same and (age < 1.3 * self.hold or self._standing and age < HELD_MOST):
             d = 0
         else:
             d = ticks.number(stamp, x, foreseen, unforeseen, same and age < 3.5 * period)
+        if d and same and self._standing:
+            # They have stopped for good.
+            self._standing = False
+            self._time += age * self._ratio
+            self._last = stamp
+            self._steps = 0.0, 0.0
+            ticks.advance(d, stamp, False)
+            self._tick += d
+            return Placed(self._time, self._time, 1.0 / self._ratio, 0.0,
+                          [(self._time, position)])
         if d == 0:
             self.held += 1
             ticks.note(0)
@@ -231,7 +244,7 @@ class DeviceClock:
         if not same:
             self._steps = dist(position, self._position), self._steps[0]
             self._follow_hold(stamp, position)
-        if same and (age < 1.3 * self.hold or age < HELD_MOST and self._stands(inf)):
+        if same and age < 1.3 * self.hold:
             self.held += 1
             return Placed(None, self._time + age * self._ratio, 1.0 / self._ratio, age, None)
         self.fresh += 1
@@ -284,19 +297,15 @@ class DeviceClock:
 
     # ---- held readings
 
-    def _stands(self, foreseen: float) -> bool:
+    def _stands(self, foreseen: float, bank: Bank) -> bool:
         """
         Whether a reading that repeats cannot be a new one: joints do not stop so fast.
 
         They had gone on evenly, by many steps of the encoder, up to the last reading.
         """
         gone, before = self._steps
-        return (gone > STEPS_SEEN * self._quantum_seen() and gone > 0.8 * before > 0.0
-                and foreseen > 0.5 * gone)
-
-    def _quantum_seen(self) -> float:
-        """Return the smallest change that a joint has made, rad or m."""
-        return max(1e-6, 0.0 if self._quantum == inf else self._quantum)
+        return (gone > 0.8 * before > 0.0 and foreseen > 0.5 * gone
+                and bank.encoder_steps(self.unit) > STEPS_SEEN)
 
     def _follow_hold(self, stamp: float, position: array[float]) -> None:
         """Learn for how long readings are held that repeat and then go on as before."""
@@ -401,7 +410,7 @@ class DeviceClock:
             self._due = self._blocks + self._patience
             self._patience = min(1.5 * self._patience, 40.0)
         readings.drop(readings.number() - number)
-        found = readings.search(ticks.deviation)
+        found = readings.search(ticks.deviation, ticks.period)
         if found is None or found[0] < ADOPT:
             return None
         _, numbers, at_zero, period, deviation = found

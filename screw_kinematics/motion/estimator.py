@@ -140,8 +140,10 @@ class MotionEstimator(JointEstimator):
         ticks, _ = bank.travel(position, period, period, UNFORESEEN, self._agreed)
         before, self._back = self._back, stamp if ticks > ONWARD else inf
         if ticks > ONWARD and stamp > before:
-            # Two old stamps in order while the joints go on: the clock was set back.
-            own = last + period + stamp - before
+            # Two old stamps in order while the joints go on: the clock was set back. By how much
+            # the joints tell best.
+            passed = period + stamp - before
+            own = last + min(max(period * ticks, passed - 0.2 * period), passed + 0.2 * period)
             self._shift = stamp - own
         return own
 

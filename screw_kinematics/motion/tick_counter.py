@@ -195,7 +195,7 @@ class TickCounter:
             least = min(four)
             if least > tolerance and max(four) - least < 0.25 * least:    # late, but evenly so
                 return least
-            if len(recent) == LATE:
+            if len(recent) == LATE and late > 0.5 * recent[0]:     # else they catch up
                 least = min(recent)
                 if least > tolerance:
                     return least
