@@ -94,6 +94,7 @@ class MimicCoupling:
         Returns
         -------
         array, shape (..., number of joints)
+            From base to tip.
 
         Raises
         ------
@@ -133,7 +134,24 @@ class MimicCoupling:
 
 
 def measured_as(joints: Sequence[Joint], name: str) -> tuple[str, float]:
-    """Return kind and velocity limit of a measured joint, by itself or by its followers."""
+    """
+    Return kind and velocity limit of a measured joint, by itself or by its followers.
+
+    Parameters
+    ----------
+    joints : sequence of Joint
+        Of a chain.
+    name : str
+        Of the measured joint.
+
+    Returns
+    -------
+    kind : str
+        As of :class:`.joint.Joint`.
+    limit : float
+        In rad/s or m/s.
+
+    """
     own = next((joint for joint in joints if joint.name == name), None)
     if own is not None:
         return own.kind, own.velocity_limit

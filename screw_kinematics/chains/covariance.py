@@ -7,6 +7,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+__all__ = ['through_jacobian']
+
 
 def through_jacobian(jacobian: Sequence[float], variances: Sequence[float]) -> list[float]:
     """

@@ -15,6 +15,8 @@ from dataclasses import dataclass
 from ..screws.rotations import pose, turn
 from ..screws.se3 import Array
 
+__all__ = ['CONVENTIONS', 'DHRow', 'place_rows']
+
 CONVENTIONS = ('standard', 'modified')
 
 
@@ -39,11 +41,27 @@ class DHRow:
     theta: float
 
     def link(self) -> Array:
-        """Return the displacement along and about x, shape (4, 4)."""
+        """
+        Return the displacement along and about x.
+
+        Returns
+        -------
+        array, shape (4, 4)
+            Of the link.
+
+        """
         return pose(turn('x', self.alpha), (self.a, 0.0, 0.0))
 
     def joint(self) -> Array:
-        """Return the displacement along and about z at q = 0, shape (4, 4)."""
+        """
+        Return the displacement along and about z at q = 0.
+
+        Returns
+        -------
+        array, shape (4, 4)
+            Of the joint.
+
+        """
         return pose(turn('z', self.theta), (0.0, 0.0, self.d))
 
 

@@ -1,7 +1,7 @@
 # Copyright screw_kinematics contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-A chain as turns about coordinate axes, with slides between them.
+A chain as turns about coordinate axes, with translations between them.
 
 A turn about a coordinate axis changes two components of a vector and costs six
 operations, a general rotation fifteen. The axes between two joints may be chosen freely:
@@ -25,12 +25,14 @@ from ..screws.se3 import Array, rotation_about
 if TYPE_CHECKING:
     from .serial_chain import SerialChain
 
+__all__ = ['Translation', 'ParallelTurns', 'TransformSequence', 'transform_sequence']
+
 Derivatives = list[Any]
 """A value and its time derivatives, constant or traced."""
 
 
 @dataclass(eq=False)
-class Slide:
+class Translation:
     """
     A shift of the origin, in the axes of its place.
 
@@ -59,28 +61,29 @@ class Slide:
 
 
 @dataclass(eq=False)
-class Stage:
+class ParallelTurns:
     """
-    Turns about parallel axes, each followed by a slide.
+    Turns about parallel axes, each followed by a translation.
 
     Parameters
     ----------
     axis : {0, 1, 2}
         x, y or z.
     angles : list of list
-        Angle of each turn, measured from the stage's outer axes, and its time derivatives.
-    slides : list of Slide
+        Angle of each turn, measured from the axes before the first, and its time
+        derivatives.
+    translations : list of Translation
         In the axes after the turn.
 
     """
 
     axis: int
     angles: list[Derivatives]
-    slides: list[Slide]
+    translations: list[Translation]
 
 
 @dataclass(eq=False)
-class Stages:
+class TransformSequence:
     """
     A chain from base to tip.
 
@@ -88,50 +91,50 @@ class Stages:
     ----------
     order : int
         Highest time derivative.
-    base : Slide
+    base : Translation
         In base axes, before all turns.
-    stages : list of Stage
+    turns : list of ParallelTurns
     orientation : array, shape (3, 3)
         Rotation from tip coordinates to the axes after the last turn.
 
     """
 
     order: int
-    base: Slide = field(default_factory=Slide)
-    stages: list[Stage] = field(default_factory=list)
+    base: Translation = field(default_factory=Translation)
+    turns: list[ParallelTurns] = field(default_factory=list)
     orientation: Array = field(default_factory=lambda: np.eye(3))
 
     @property
-    def last(self) -> Slide:
-        """Return the slide at the tip end."""
-        return self.stages[-1].slides[-1] if self.stages else self.base
+    def last(self) -> Translation:
+        """Return the translation at the tip end."""
+        return self.turns[-1].translations[-1] if self.turns else self.base
 
     def turn(self, axis: int, angle: Derivatives) -> None:
         """Add a turn at the tip end."""
-        if not self.stages or self.stages[-1].axis != axis:
-            self.stages.append(Stage(axis, [angle], [Slide()]))
+        if not self.turns or self.turns[-1].axis != axis:
+            self.turns.append(ParallelTurns(axis, [angle], [Translation()]))
             return
-        stage = self.stages[-1]
-        total = [a + b for a, b in zip(stage.angles[-1], angle)]
+        turn = self.turns[-1]
+        total = [a + b for a, b in zip(turn.angles[-1], angle)]
         if self.last.is_along(axis):
-            stage.angles[-1] = total
+            turn.angles[-1] = total
         else:
-            stage.angles.append(total)
-            stage.slides.append(Slide())
+            turn.angles.append(total)
+            turn.translations.append(Translation())
 
     def constant_turn(self, axis: int, angle: float) -> None:
         """Add a constant turn [rad] at the tip end."""
-        if self.stages and self.stages[-1].axis == axis:
-            value = self.stages[-1].angles[-1]
-            self.stages[-1].angles[-1] = [value[0] + angle, *value[1:]]
+        if self.turns and self.turns[-1].axis == axis:
+            value = self.turns[-1].angles[-1]
+            self.turns[-1].angles[-1] = [value[0] + angle, *value[1:]]
             self.last.turn_axes(axis, angle)
         else:
             self.turn(axis, [angle] + [0.0] * self.order)
 
 
-def stages_of(chain: SerialChain, motion: Sequence[Derivatives]) -> Stages:
+def transform_sequence(chain: SerialChain, motion: Sequence[Derivatives]) -> TransformSequence:
     """
-    Return a chain as stages.
+    Return a chain as a sequence of elementary transforms.
 
     Parameters
     ----------
@@ -142,10 +145,10 @@ def stages_of(chain: SerialChain, motion: Sequence[Derivatives]) -> Stages:
 
     Returns
     -------
-    Stages
+    TransformSequence
 
     """
-    result = Stages(order=len(motion[0]) - 1 if motion else 0)
+    result = TransformSequence(order=len(motion[0]) - 1 if motion else 0)
     axes, origin = np.eye(3), np.zeros(3)    # the present axes and origin, at q = 0
 
     def turn_axes(axis: int, angle: float) -> None:
@@ -163,7 +166,7 @@ def stages_of(chain: SerialChain, motion: Sequence[Derivatives]) -> Stages:
         if joint.kind == 'prismatic':
             result.last.moving.append((direction, values))
             continue
-        for axis, angle in _alignment(direction, result.stages):
+        for axis, angle in _alignment(direction, result.turns):
             turn_axes(axis, angle)
         direction = axes.T @ joint.axis
         move_origin(joint.point)
@@ -173,14 +176,14 @@ def stages_of(chain: SerialChain, motion: Sequence[Derivatives]) -> Stages:
         if joint.kind == 'helical':
             result.last.moving.append((sign * joint.pitch * np.eye(3)[k], values))
     tool = chain.T_base_tool
-    if result.stages:
-        turn_axes(*_spin(axes.T @ tool[:3, :3], result.stages[-1].axis))
+    if result.turns:
+        turn_axes(*_spin(axes.T @ tool[:3, :3], result.turns[-1].axis))
     move_origin(tool[:3, 3])
     result.orientation = axes.T @ tool[:3, :3]
     return result
 
 
-def _alignment(direction: Array, stages: list[Stage]) -> list[tuple[int, float]]:
+def _alignment(direction: Array, turns: list[ParallelTurns]) -> list[tuple[int, float]]:
     """Return constant turns after which a direction is along a coordinate axis."""
     large = [k for k in range(3) if abs(direction[k]) > SNAP]
     if len(large) == 1:
@@ -190,7 +193,7 @@ def _alignment(direction: Array, stages: list[Stage]) -> list[tuple[int, float]]
         angle = _angle(direction, axis)
         # Either coordinate axis of the plane will do: the nearer one.
         return [(axis, angle - pi / 2 * round(angle / (pi / 2)))]
-    axis = stages[-1].axis if stages else 2
+    axis = turns[-1].axis if turns else 2
     first = _angle(direction, axis)
     rest = rotation_about(np.eye(3)[axis], -first) @ direction
     rest[(axis + 2) % 3] = 0.0

@@ -115,6 +115,7 @@ class InverseSolver:
         Returns
         -------
         InverseSolution
+            The rates, and what they miss.
 
         Raises
         ------
@@ -230,6 +231,7 @@ def manipulability(jacobian: Array, prismatic: Array | None = None,
     Returns
     -------
     Manipulability
+        Of this Jacobian.
 
     Raises
     ------

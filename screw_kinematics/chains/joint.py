@@ -27,6 +27,7 @@ class Mimic:
     joint : str
         Name of the measured joint that is followed; it need not be in the chain.
     multiplier : float
+        Ratio of SI values.
     offset : float
         In rad or m, as the following joint.
     kind : {'revolute', 'continuous', 'prismatic', 'helical'}, optional
@@ -52,6 +53,7 @@ class Joint:
     Parameters
     ----------
     name : str
+        What joint states call it.
     kind : {'revolute', 'continuous', 'prismatic', 'helical'}
         'continuous' is a revolute joint whose measured angle may wrap at 2 pi.
     axis : array, shape (3,)

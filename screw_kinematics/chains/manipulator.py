@@ -49,15 +49,60 @@ class Manipulator(ABC):
 
     @abstractmethod
     def jacobian(self, q: Any, pole: str | Array = 'tip', axes: str = 'base') -> Array:
-        """Return the columns of unit rates of the measured joints, shape (..., 6, dof)."""
+        """
+        Return the columns of unit rates of the measured joints.
+
+        Parameters
+        ----------
+        q : array, shape (..., dof)
+            Positions of the measured joints [rad, m].
+        pole : 'tip', 'base' or array, shape (..., 3)
+            The point the moments refer to; an array is in base coordinates [m].
+        axes : {'base', 'tip'}
+            Whose axes the components are in.
+
+        Returns
+        -------
+        array, shape (..., 6, dof)
+            ``jacobian @ qd`` is the twist.
+
+        """
 
     @abstractmethod
     def state(self, q: Any, *derivatives: Any) -> BodyState:
-        """Return pose and reduced states of the tip."""
+        """
+        Return pose and reduced states of the tip.
+
+        Parameters
+        ----------
+        q : array, shape (..., dof)
+            Positions of the measured joints [rad, m].
+        *derivatives : array, shape (..., dof)
+            Their first to at most fourth time derivatives.
+
+        Returns
+        -------
+        BodyState
+            Pole at the tip, axes of the base.
+
+        """
 
     @abstractmethod
     def skeleton(self, q: Any) -> tuple[Array, ...]:
-        """Return lines of points to draw the links through, shape (..., points, 3) each."""
+        """
+        Return lines of points to draw the links through, in base axes.
+
+        Parameters
+        ----------
+        q : array, shape (..., dof)
+            Positions of the measured joints [rad, m].
+
+        Returns
+        -------
+        tuple of array, shape (..., points, 3)
+            From base to tip [m].
+
+        """
 
     def coriolis_lie(self, q: Any, qd: Any, pole: str | Array = 'tip',
                      axes: str = 'base') -> Array:
@@ -116,6 +161,7 @@ class Manipulator(ABC):
         Returns
         -------
         array, shape (..., dof)
+            Of the measured joints [N m, N].
 
         Raises
         ------
@@ -157,6 +203,7 @@ class Manipulator(ABC):
         Returns
         -------
         InverseSolution
+            Its ``rates`` are in rad/s and m/s.
 
         Raises
         ------
@@ -306,6 +353,7 @@ class Manipulator(ABC):
         Returns
         -------
         Manipulability
+            Measure, condition number, ellipsoid.
 
         Raises
         ------

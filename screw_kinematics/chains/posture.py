@@ -18,6 +18,8 @@ from .joint import Joint
 from ..screws.screw import prismatic_screw, unit_screw
 from ..screws.se3 import Array, matvec, rotation_about
 
+__all__ = ['Posture']
+
 
 class Posture:
     """
@@ -87,6 +89,7 @@ class Posture:
         Returns
         -------
         list of array, shape (..., 6)
+            One for each joint, from base to tip.
 
         """
         return [

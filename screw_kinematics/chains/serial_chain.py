@@ -4,22 +4,21 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any, TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
+from .compiled import compile_chain
 from .coupling import MimicCoupling
 from .joint import Joint
 from .manipulator import Manipulator
 from .posture import Posture
+from ..programs.program import Program
 from ..screws.body_state import BodyState
 from ..screws.reference import check_axes, resolve_pole
 from ..screws.rigid import rigid_displacement
 from ..screws.se3 import Array, dot, rotate
 from ..screws.states import chain_states, link_states
-
-if TYPE_CHECKING:
-    from ..programs.program import Program
 
 __all__ = ['SerialChain']
 
@@ -110,6 +109,12 @@ class SerialChain(Manipulator):
         Returns
         -------
         SerialChain
+            With the tool's frame as its tip.
+
+        Raises
+        ------
+        ShapeError, InvalidValueError
+            The pose is no rigid displacement.
 
         """
         return SerialChain(
@@ -119,18 +124,24 @@ class SerialChain(Manipulator):
 
     def joint_values(self, q: Any, order: int = 0) -> Array:
         """
-        Return the values of all joints from the measured ones.
+        Return the values of all joints of the chain from those of the measured ones.
 
         Parameters
         ----------
         q : array, shape (..., dof)
-            Positions of the measured joints, or derivatives of them [rad, m].
+            Positions (order 0) or derivatives (order > 0) of the measured joints.
         order : int
-            The order of these derivatives: followers' offsets count at order 0 only.
+            The offsets of mimic joints count only for positions.
 
         Returns
         -------
         array, shape (..., number of joints)
+            From base to tip.
+
+        Raises
+        ------
+        ShapeError, InvalidValueError
+            Joint values of a wrong shape, or none of numbers or symbols.
 
         """
         return self._coupling.values(q, order)
@@ -147,6 +158,7 @@ class SerialChain(Manipulator):
         Returns
         -------
         array, shape (..., 4, 4)
+            T_base_tool [m].
 
         """
         return self.posture(q).pose
@@ -163,6 +175,7 @@ class SerialChain(Manipulator):
         Returns
         -------
         Posture
+            Axes, points and tip in base coordinates.
 
         """
         return Posture(self.joints, self.T_base_tool, self.joint_values(q))
@@ -214,6 +227,7 @@ class SerialChain(Manipulator):
         Returns
         -------
         array, shape (..., number of joints, 6)
+            From base to tip.
 
         """
         posture = self.posture(q)
@@ -273,6 +287,7 @@ class SerialChain(Manipulator):
         Returns
         -------
         BodyState
+            Pole at the tip, axes of the base.
 
         Raises
         ------
@@ -351,6 +366,7 @@ class SerialChain(Manipulator):
         Returns
         -------
         Program
+            Call it with q, qd, ..., or let it run over a batch.
 
         Raises
         ------
@@ -358,5 +374,4 @@ class SerialChain(Manipulator):
             An argument is none of the allowed ones.
 
         """
-        from .compiled import compile_chain
         return compile_chain(self, outputs, axes, pole)

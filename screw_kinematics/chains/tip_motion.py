@@ -18,11 +18,13 @@ from typing import Any, TYPE_CHECKING
 
 import numpy as np
 
-from .elementary_transforms import Derivatives, Slide, stages_of
+from .elementary_transforms import Derivatives, Translation, transform_sequence
 from ..screws.se3 import Array, cos, cross, sin
 
 if TYPE_CHECKING:
     from .serial_chain import SerialChain
+
+__all__ = ['tip_motion']
 
 
 def tip_motion(chain: SerialChain, q: Array, *derivatives: Array) -> tuple[Array, list[Array]]:
@@ -48,26 +50,26 @@ def tip_motion(chain: SerialChain, q: Array, *derivatives: Array) -> tuple[Array
     """
     motion = [chain.joint_values(d, n) for n, d in enumerate((q, *derivatives))]
     joints = [[values[i] for values in motion] for i in range(len(chain.joints))]
-    path = stages_of(chain, joints)
+    path = transform_sequence(chain, joints)
     position: Derivatives = [_zeros() for _ in motion]
     angular: Derivatives = [_zeros() for _ in derivatives]
     # Two columns and a cross product cost less than three columns.
-    axis = path.stages[-1].axis if path.stages else 2
+    axis = path.turns[-1].axis if path.turns else 2
     order = np.argsort(-np.abs(path.orientation[axis]), kind='stable')
-    kept = list(order) if len(path.stages) < 3 else list(order[:2])
+    kept = list(order) if len(path.turns) < 3 else list(order[:2])
     columns = {int(k): path.orientation[:, k].astype(object) for k in kept}
     waiting = np.zeros(3)    # a constant part of the position, not yet added
-    for stage in reversed(path.stages):
-        total = stage.angles[-1]
-        waiting = _add_slide(position, stage.slides[-1], waiting, stage.axis)
-        position = _turned(position, stage.axis, total)
-        for angle, slide in zip(stage.angles[:-1], stage.slides[:-1]):
-            waiting = waiting + _add_turned_slide(position, slide, stage.axis, angle)
-        angular = _turned(angular, stage.axis, total)
+    for turn in reversed(path.turns):
+        total = turn.angles[-1]
+        waiting = _add_translation(position, turn.translations[-1], waiting, turn.axis)
+        position = _turned(position, turn.axis, total)
+        for angle, translation in zip(turn.angles[:-1], turn.translations[:-1]):
+            waiting = waiting + _add_turned_translation(position, translation, turn.axis, angle)
+        angular = _turned(angular, turn.axis, total)
         for n, rate in enumerate(total[1:]):
-            angular[n][stage.axis] = angular[n][stage.axis] + rate
-        columns = {k: _turned([c], stage.axis, total)[0] for k, c in columns.items()}
-    _add_slide(position, path.base, waiting, None)
+            angular[n][turn.axis] = angular[n][turn.axis] + rate
+        columns = {k: _turned([c], turn.axis, total)[0] for k, c in columns.items()}
+    _add_translation(position, path.base, waiting, None)
     pose = np.zeros((4, 4), dtype=object)
     pose[3, 3] = 1
     for k, column in columns.items():
@@ -78,30 +80,30 @@ def tip_motion(chain: SerialChain, q: Array, *derivatives: Array) -> tuple[Array
     return pose, [np.concatenate([w, p]) for w, p in zip(angular, position[1:])]
 
 
-def _add_slide(position: Derivatives, slide: Slide, waiting: Array,
-               axis: int | None) -> Array:
+def _add_translation(position: Derivatives, translation: Translation, waiting: Array,
+                     axis: int | None) -> Array:
     """
-    Add a slide to the position in place, and return what is left to be added later.
+    Add a translation to the position in place, and return what is left to be added later.
 
     A constant along the axis of the turn to come is not changed by it. It waits, and is
-    added together with the constants of later slides.
+    added together with the constants of later translations.
     """
-    constant = waiting + slide.constant
+    constant = waiting + translation.constant
     later = np.zeros(3)
     if axis is not None:
         later[axis] = constant[axis]
-    for direction, amount in slide.moving:
+    for direction, amount in translation.moving:
         for n, value in enumerate(amount):
             position[n] = position[n] + value * direction
     position[0] = position[0] + (constant - later)
     return later
 
 
-def _add_turned_slide(position: Derivatives, slide: Slide, axis: int,
-                      angle: Derivatives) -> Array:
-    """Add a slide from within a stage, and return what is left to be added later."""
+def _add_turned_translation(position: Derivatives, translation: Translation, axis: int,
+                            angle: Derivatives) -> Array:
+    """Add a translation from within a turn, and return what is left to be added later."""
     vector: Derivatives = [_zeros() for _ in position]
-    later = _add_slide(vector, slide, np.zeros(3), axis)
+    later = _add_translation(vector, translation, np.zeros(3), axis)
     for n, term in enumerate(_turned(vector, axis, angle)):
         position[n] = position[n] + term
     return later

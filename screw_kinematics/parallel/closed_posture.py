@@ -14,6 +14,8 @@ from .screw_system import Conditioning
 from ..errors import ClosureError
 from ..screws.se3 import Array
 
+__all__ = ['ClosedPosture', 'posture_of']
+
 
 @dataclass(frozen=True, eq=False)
 class ClosedPosture:
@@ -76,6 +78,11 @@ def posture_of(limbs: Limbs, solution: Solution, working_mode: Array,
         Of the posture.
     tolerance : float
         Largest misfit of a closed loop.
+
+    Returns
+    -------
+    ClosedPosture
+        Of the solution.
 
     Raises
     ------

@@ -19,6 +19,8 @@ from .loop_closure import close_loops, MAX_ITERATIONS, Solution
 from ..errors import AssemblyModeError, ScrewKinematicsError, SingularityError
 from ..screws.se3 import Array
 
+__all__ = ['check_same_mode', 'follow']
+
 ATTEMPTS = 1000
 """Steps, taken or refused, after which a search is given up."""
 LONGEST = 0.3

@@ -21,6 +21,8 @@ import numpy as np
 
 from ..screws.se3 import Array
 
+__all__ = ['OrthogonalColumns']
+
 
 class OrthogonalColumns:
     """

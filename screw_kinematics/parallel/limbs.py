@@ -19,6 +19,8 @@ from ..screws.rigid import row_of_pose
 from ..screws.se3 import Array
 from ..screws.states import reduced_from_classical
 
+__all__ = ['Limbs', 'traced_bias']
+
 LARGEST = 1e100
 """Length whose square is still a number [m]."""
 

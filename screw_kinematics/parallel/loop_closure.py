@@ -20,6 +20,8 @@ from .screw_system import Ranks, ScrewSystem
 from ..screws.rotations import pose
 from ..screws.se3 import Array
 
+__all__ = ['close_at_pose', 'close_loops', 'Solution']
+
 MAX_ITERATIONS = 12
 CONVERGED = 1e-12
 """Size of the last step [rad, or lengths by the characteristic length]."""

@@ -171,6 +171,12 @@ class ParallelManipulator(Manipulator):
         Returns
         -------
         ParallelManipulator
+            With the tool's frame as its tip.
+
+        Raises
+        ------
+        ShapeError, InvalidValueError
+            The pose is no rigid displacement.
 
         """
         return ParallelManipulator(
@@ -218,6 +224,7 @@ class ParallelManipulator(Manipulator):
         Returns
         -------
         ClosedPosture
+            On the branches of ``start``.
 
         Raises
         ------
@@ -241,7 +248,7 @@ class ParallelManipulator(Manipulator):
         Parameters
         ----------
         posture : ClosedPosture
-            Where the manipulator is.
+            However it was found.
 
         Raises
         ------
@@ -482,6 +489,12 @@ class ParallelManipulator(Manipulator):
         Returns
         -------
         ParallelProgram
+            With a posture of its own.
+
+        Raises
+        ------
+        UnknownNameError, InvalidValueError
+            An argument is none of the allowed ones.
 
         """
         return ParallelProgram(self, outputs, axes, pole)

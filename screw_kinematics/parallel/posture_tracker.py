@@ -18,6 +18,8 @@ from ..errors import ScrewKinematicsError
 from ..screws.rigid import row_of_pose
 from ..screws.se3 import Array
 
+__all__ = ['Solved', 'Stream']
+
 THOROUGH, BRIEF = (40, 8, 1e-3), (1, 4, 1.0)
 """Effort of a search: parts of the way, Newton steps in each, smallest part."""
 PATIENT, SELDOM = 16, 8

@@ -45,14 +45,17 @@ class ParallelProgram(Program):
     Parameters
     ----------
     manipulator : ParallelManipulator
+        What is compiled.
     outputs : iterable of str
         As for a serial chain, and 'passive_position' and 'passive_velocity' of the passive
         joints.
     axes, pole : {'base', 'tip'}
+        Whose axes, and about which point, the six-vectors are.
 
     Attributes
     ----------
     passive_joint_names : tuple of str
+        In the order of their positions and velocities.
 
     """
 
@@ -159,6 +162,7 @@ class ParallelProgram(Program):
         Returns
         -------
         dict from str to array, shape (N, size of the output)
+            Views of ``out``.
 
         """
         samples = np.concatenate(self._checked(motion, 2), axis=1)
@@ -174,12 +178,7 @@ class ParallelProgram(Program):
         Parameters
         ----------
         language, name : str
-            As of :meth:`.Program.source`.
-
-        Returns
-        -------
-        str
-            Never.
+            As for the program of a chain.
 
         Raises
         ------

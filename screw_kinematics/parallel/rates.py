@@ -17,6 +17,8 @@ from .limbs import Limbs
 from ..errors import InvalidValueError, SingularityError
 from ..screws.se3 import Array
 
+__all__ = ['joint_rates', 'platform_states']
+
 SINGULAR = 1e-6
 """Value of the inverse conditioning from which on a posture counts as singular."""
 INFEASIBLE = 1e-6

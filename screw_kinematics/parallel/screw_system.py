@@ -34,8 +34,13 @@ class LimbScrews(NamedTuple):
     """
     Unit screws of the joints about the platform point, in base axes; zero where absent.
 
-    ``passive`` has shape (limbs, 6, most passive joints of a limb), ``actuated``
-    (limbs, 6, actuated joints).
+    Parameters
+    ----------
+    passive : array, shape (limbs, 6, most passive joints of a limb)
+        Of the passive joints, limb by limb.
+    actuated : array, shape (limbs, 6, actuated joints)
+        Of the actuated joints, in each limb.
+
     """
 
     passive: Array
@@ -88,7 +93,20 @@ class Ranks(NamedTuple):
 
     @classmethod
     def of(cls, sizes: Array) -> Ranks:
-        """Return the ranks that singular values, shape (limbs, n), largest first, show."""
+        """
+        Return the ranks that singular values show.
+
+        Parameters
+        ----------
+        sizes : array, shape (limbs, n)
+            Singular values of the passive screws, largest first.
+
+        Returns
+        -------
+        Ranks
+            In a posture that is not singular those in general.
+
+        """
         ranks = np.sum(sizes > RANK_TOLERANCE * sizes[:, :1], axis=1)[:, None]
         return cls(np.arange(sizes.shape[1]) < ranks, *np.nonzero(np.arange(6) >= ranks))
 
@@ -100,6 +118,7 @@ class ScrewSystem:
     Parameters
     ----------
     screws : LimbScrews
+        About the platform point, in base axes.
     length : float
         Characteristic length [m]: linear parts are divided by it, so that angles and
         lengths are comparable in all least squares and singular values.
@@ -146,6 +165,7 @@ class ScrewSystem:
         state : array, shape (6,)
             Least squares over the limbs, where they disagree.
         rates : array, shape (limbs, slots)
+            Of the passive joints.
 
         """
         bias = bias * self._scale
@@ -166,7 +186,9 @@ class ScrewSystem:
         Returns
         -------
         actuated : array, shape (actuated joints,)
+            Rates [rad/s, m/s].
         passive : array, shape (limbs, slots)
+            Rates [rad/s, m/s].
 
         """
         demand = demand * self._scale
@@ -176,15 +198,54 @@ class ScrewSystem:
         return actuated, (self._from_tip @ rest[..., None])[..., 0]
 
     def actuated_motion(self, actuated: Array) -> Array:
-        """Return ``A_k a``, shape (limbs, 6): the tips' motion, passive joints at rest."""
+        """
+        Return ``A_k a``: the motion of the limbs' tips with the passive joints at rest.
+
+        Parameters
+        ----------
+        actuated : array, shape (actuated joints,)
+            Rates [rad/s, m/s].
+
+        Returns
+        -------
+        array, shape (limbs, 6)
+            Twists about the platform point.
+
+        """
         return (self._actuated @ actuated) / self._scale
 
     def passive_motion(self, passive: Array) -> Array:
-        """Return ``P_k p``, shape (limbs, 6): the tips' motion, actuated joints at rest."""
+        """
+        Return ``P_k p``: the motion of the limbs' tips with the actuated joints at rest.
+
+        Parameters
+        ----------
+        passive : array, shape (limbs, slots)
+            Rates [rad/s, m/s].
+
+        Returns
+        -------
+        array, shape (limbs, 6)
+            Twists about the platform point.
+
+        """
         return (self._passive @ passive[..., None])[..., 0] / self._scale
 
     def size(self, six_vectors: Array) -> Array:
-        """Return the norm with the characteristic length, shape (...)."""
+        """
+        Return the norm with the characteristic length.
+
+        Parameters
+        ----------
+        six_vectors : array, shape (..., 6)
+            Twists, or displacements.
+
+        Returns
+        -------
+        array, shape (...)
+            In rad or rad/s.
+
+        """
         return np.linalg.norm(six_vectors * self._scale, axis=-1)
 
     @cached_property
@@ -197,7 +258,15 @@ class ScrewSystem:
         return np.einsum('ri,rij->rj', self.rows, self._actuated[self._limb_of_row])
 
     def mobility(self) -> int:
-        """Return the number of freedoms of the platform and the actuated joints together."""
+        """
+        Return the number of freedoms of the platform and the actuated joints together.
+
+        Returns
+        -------
+        int
+            Of the loops that are closed at this posture.
+
+        """
         both = np.linalg.svd(np.hstack([self.rows, -self.work]), compute_uv=False)
         return 6 + self.work.shape[1] - int(np.sum(both > RANK_TOLERANCE * both[0]))
 
@@ -270,6 +339,17 @@ class ScrewSystem:
         It is the determinant of the platform's system times that of a posture nearby,
         each limb's wrenches matched with those before: negative if there is a direct
         singularity in between.
+
+        Parameters
+        ----------
+        before : ScrewSystem
+            Of the posture nearby.
+
+        Returns
+        -------
+        float
+            Only its sign means something.
+
         """
         same = self._blocking @ before._blocking
         return float(np.linalg.det(same.sum(axis=0)))
@@ -278,7 +358,16 @@ class ScrewSystem:
         """
         Return -1 for each actuator that passed an inverse singularity, else 1.
 
-        Shape (actuated joints,), relative to a posture nearby.
+        Parameters
+        ----------
+        before : ScrewSystem
+            Of a posture nearby.
+
+        Returns
+        -------
+        array, shape (actuated joints,)
+            Relative to that posture.
+
         """
         now, then = (s._blocking @ s._actuated for s in (self, before))
         return np.where(np.einsum('kij,kij->j', now, then) < 0, -1, 1)

@@ -15,6 +15,8 @@ from .screw_system import Ranks
 from .traced_step import LARGEST_TURN, trace_first_step, trace_step, work_places
 from ..programs.machine import machine
 
+__all__ = ['Found', 'Moving', 'NearbySteps']
+
 LONGEST = 0.1
 """Longest way of an actuated joint from sample to sample [rad, m by the length]."""
 NEAR = 0.03

@@ -20,6 +20,8 @@ from .limbs import Limbs, traced_bias
 from ..programs.tracing import Graph, straight_line, StraightLine
 from ..screws.se3 import Array, skew
 
+__all__ = ['trace_first_step', 'trace_step', 'TracedStep', 'work_places']
+
 LARGEST_TURN = 0.05
 """Angle from a limb's tip to the platform up to which the pose is exact [rad]."""
 

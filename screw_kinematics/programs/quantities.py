@@ -26,8 +26,15 @@ class Part(NamedTuple):
     """
     The angular or the linear part of a quantity.
 
-    ``symbol`` and ``latex`` stand for it in formulas, ``title`` over a figure; ``unit`` is in
-    SI.
+    Parameters
+    ----------
+    symbol, latex : str
+        What stands for it in formulas.
+    unit : str
+        In SI.
+    title : str
+        Over a figure.
+
     """
 
     symbol: str
@@ -83,6 +90,7 @@ class Quantity:
         Returns
         -------
         int
+            For one sample.
 
         """
         if self.name == 'pose':
@@ -103,6 +111,7 @@ class Quantity:
         Returns
         -------
         array, shape (..., 6), or (..., 4, 4) of the pose
+            About the pole of the state, in its axes.
 
         """
         if self.name == 'pose':
@@ -116,6 +125,7 @@ class Quantity:
         Returns
         -------
         list of str
+            In the order of the numbers.
 
         """
         if self.name == 'pose':
@@ -129,6 +139,7 @@ class Quantity:
         Returns
         -------
         list of str
+            In the order of the numbers.
 
         """
         if self.name == 'pose':
@@ -143,6 +154,7 @@ class Quantity:
         Returns
         -------
         str
+            One line.
 
         """
         if not self.parts:
@@ -219,6 +231,7 @@ def find_quantity(name: str, known: Iterable[str] = NAMES) -> Quantity:
     Returns
     -------
     Quantity
+        The row of the table.
 
     Raises
     ------
@@ -256,6 +269,7 @@ def checked_outputs(outputs: Iterable[str], axes: str, pole: str,
     Returns
     -------
     tuple of str
+        In the order given.
 
     Raises
     ------
@@ -295,6 +309,7 @@ def order_of(outputs: Sequence[str]) -> int:
     Returns
     -------
     int
+        From 0 to 4.
 
     Examples
     --------

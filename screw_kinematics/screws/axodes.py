@@ -31,9 +31,9 @@ class Axodes(NamedTuple):
     Parameters
     ----------
     fixed : Screw
-        About the base's origin and in its axes.
+        About the base's origin, in its axes.
     moving : Screw
-        About the tip's origin and in its axes.
+        About the tip's origin, in its axes.
 
     """
 

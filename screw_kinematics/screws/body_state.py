@@ -154,6 +154,7 @@ class BodyState:
         Returns
         -------
         array, shape (..., 6)
+            About the pole, in the axes of this state.
 
         Raises
         ------
@@ -177,6 +178,7 @@ class BodyState:
         Returns
         -------
         BodyState
+            Of the same body, in the same axes.
 
         Raises
         ------
@@ -207,6 +209,7 @@ class BodyState:
         Returns
         -------
         BodyState
+            About the same pole.
 
         Raises
         ------

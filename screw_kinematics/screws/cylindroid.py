@@ -94,6 +94,7 @@ def cylindroid(x: Array, y: Array) -> Cylindroid:
     Returns
     -------
     Cylindroid
+        About the pole of x and y, in their axes.
 
     Raises
     ------
@@ -151,6 +152,7 @@ def third_axis(twist_1_2: Array, twist_2_3: Array) -> Screw:
     Returns
     -------
     Screw
+        About the pole of the twists, in their axes.
 
     Raises
     ------

@@ -41,6 +41,7 @@ def exp(x: Array) -> Array:
     Returns
     -------
     array, shape (..., 4, 4)
+        The displacement.
 
     Raises
     ------

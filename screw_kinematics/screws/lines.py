@@ -47,6 +47,7 @@ def line(point: Array, direction: Array) -> Array:
     Returns
     -------
     array, shape (..., 6)
+        Direction, then moment about the origin.
 
     Raises
     ------
@@ -80,6 +81,7 @@ def line_through(p: Array, q: Array) -> Array:
     Returns
     -------
     array, shape (..., 6)
+        Direction, then moment about the origin.
 
     Raises
     ------
@@ -114,6 +116,7 @@ def moment_about(x: Array, point: Array) -> Array:
     Returns
     -------
     array, shape (..., 3)
+        Zero for points of the line.
 
     Raises
     ------
@@ -143,6 +146,7 @@ def nearest_point(x: Array, point: Array = (0, 0, 0)) -> Array:    # type: ignor
     Returns
     -------
     array, shape (..., 3)
+        On the line [m].
 
     Raises
     ------
@@ -175,6 +179,7 @@ def distance(x: Array, y: Array) -> Any:
     Returns
     -------
     array, shape (...) [m]
+        Never negative.
 
     Raises
     ------
@@ -262,6 +267,7 @@ def angle(x: Array, y: Array) -> Any:
     Returns
     -------
     array, shape (...) [rad], 0 to pi
+        Of their directions.
 
     Raises
     ------
@@ -293,6 +299,7 @@ def mutual_position(x: Array, y: Array, tolerance: float = 1e-9) -> str:
     Returns
     -------
     str
+        One of the four words.
 
     Raises
     ------

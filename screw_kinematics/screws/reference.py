@@ -27,6 +27,7 @@ def resolve_pole(pole: str | Array, pose: Array) -> tuple[str, Array]:
     name : str
         'base', 'tip' or 'point'.
     point : array, shape (..., 3)
+        In base coordinates [m].
 
     Raises
     ------

@@ -41,6 +41,7 @@ def checked_rotation(name: str, rotation: Any, tolerance: float = TOLERANCE) -> 
     Returns
     -------
     array, shape (..., 3, 3)
+        As it was given.
 
     Raises
     ------
@@ -79,6 +80,7 @@ def checked_pose(name: str, T: Any, tolerance: float = TOLERANCE) -> Array:    #
     Returns
     -------
     array, shape (..., 4, 4)
+        As it was given.
 
     Raises
     ------
@@ -118,6 +120,7 @@ def rigid_displacement(name: str, T: Any = None) -> Array:    # noqa: N803
     Returns
     -------
     array, shape (4, 4)
+        A copy that cannot be written to.
 
     Raises
     ------
@@ -152,6 +155,7 @@ def pose_from_row(row: Any) -> Array:
     Returns
     -------
     array, shape (..., 4, 4)
+        Homogeneous matrices [m].
 
     Raises
     ------
@@ -184,6 +188,7 @@ def row_of_pose(T: Any) -> Array:    # noqa: N803
     Returns
     -------
     array, shape (..., 12)
+        Position, then rotation.
 
     Raises
     ------

@@ -19,6 +19,9 @@ import numpy as np
 from .rigid import checked_rotation
 from .vectors import Array, cos, sin, skew
 
+__all__ = ['pose', 'quaternion_from_rotation', 'quaternion_from_row', 'roll_pitch_yaw',
+           'rotation_about', 'rotation_from_quaternion', 'rotation_rpy', 'rotation_vector', 'turn']
+
 _ROUNDING = 4 * np.finfo(float).eps
 _IDENTITY = np.eye(3, dtype=int)
 
@@ -37,6 +40,7 @@ def rotation_about(axis: Array, angle: Any) -> Array:
     Returns
     -------
     array, shape (..., 3, 3)
+        Maps coordinates to those of the turned vector.
 
     Examples
     --------
@@ -65,6 +69,7 @@ def turn(axis: str, angle: float) -> Array:
     Returns
     -------
     array, shape (3, 3)
+        Maps coordinates to those of the turned vector.
 
     Examples
     --------
@@ -310,6 +315,7 @@ def pose(rotation: Any = None, translation: Any = (0.0, 0.0, 0.0)) -> Array:
     Returns
     -------
     array, shape (..., 4, 4)
+        Maps coordinates of the placed frame to those of the other.
 
     Examples
     --------

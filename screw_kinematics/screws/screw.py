@@ -48,6 +48,7 @@ def unit_screw(axis: Array, point: Array, pitch: Any = 0) -> Array:
     Returns
     -------
     array, shape (..., 6)
+        About the pole, in the axes of the arguments.
 
     Raises
     ------
@@ -88,6 +89,7 @@ def prismatic_screw(axis: Array) -> Array:
     Returns
     -------
     array, shape (..., 6)
+        It has no place, hence no pole.
 
     Raises
     ------
@@ -161,6 +163,7 @@ def screw_of_twist(twist: Array) -> Screw:
     Returns
     -------
     Screw
+        About the pole of the twist, in its axes.
 
     Raises
     ------
@@ -244,6 +247,7 @@ def are_reciprocal(x: Array, y: Array, tolerance: float = 1e-12) -> Any:
     Returns
     -------
     array of bool, shape (...)
+        True where they are.
 
     Raises
     ------

@@ -51,6 +51,7 @@ def lie_product(x: Array, y: Array) -> Array:
     Returns
     -------
     array, shape (..., 6)
+        About the pole of x and y, in their axes.
 
     Raises
     ------
@@ -86,6 +87,7 @@ def ad(x: Array) -> Array:
     Returns
     -------
     array, shape (..., 6, 6)
+        Acts on six-vectors about the pole of x, in its axes.
 
     Raises
     ------
@@ -117,6 +119,7 @@ def klein_form(x: Array, y: Array) -> Any:
     Returns
     -------
     array, shape (...)
+        The same about every pole; power, if one is a twist and one a wrench.
 
     Raises
     ------
@@ -151,6 +154,7 @@ def killing_form(x: Array, y: Array) -> Any:
     Returns
     -------
     array, shape (...)
+        The same about every pole.
 
     Raises
     ------
@@ -188,6 +192,7 @@ def shift_pole(x: Array, displacement: Array) -> Array:
     Returns
     -------
     array, shape (..., 6)
+        About the new pole P, in the same axes.
 
     Raises
     ------
@@ -221,6 +226,7 @@ def rotate(rotation: Array, x: Array) -> Array:
     Returns
     -------
     array, shape (..., 6)
+        In the wanted axes, about the same pole.
 
     Raises
     ------
@@ -254,6 +260,7 @@ def adjoint(T: Array) -> Array:    # noqa: N803
     Returns
     -------
     array, shape (..., 6, 6)
+        Acts on six-vectors (angular; linear).
 
     Raises
     ------
@@ -289,6 +296,7 @@ def coadjoint(T: Array) -> Array:    # noqa: N803
     Returns
     -------
     array, shape (..., 6, 6)
+        Acts on six-vectors (moment; force).
 
     Raises
     ------
@@ -321,6 +329,7 @@ def inverse(T: Array) -> Array:    # noqa: N803
     Returns
     -------
     array, shape (..., 4, 4)
+        The pose T_b_a.
 
     Raises
     ------

@@ -131,9 +131,9 @@ def link_states(screws: Sequence[Array], derivatives: Sequence[Any]) -> list[lis
 
     Parameters
     ----------
-    screws : sequence of array, shape (..., 6)
+    screws : array, shape (..., joints, 6), or sequence of array, shape (..., 6)
         As of :func:`chain_states`.
-    derivatives : sequence
+    derivatives : sequence of array_like, shape (..., joints)
         As of :func:`chain_states`.
 
     Returns
@@ -203,6 +203,7 @@ def classical_from_reduced(states: Sequence[Array]) -> list[Array]:
     Returns
     -------
     list of N arrays, shape (..., 6)
+        Of the body point at the pole, of order 1 to N.
 
     Raises
     ------
@@ -242,6 +243,7 @@ def reduced_from_classical(motions: Sequence[Array]) -> list[Array]:
     Returns
     -------
     list of arrays, shape (..., 6)
+        About the pole, of order 1 to N.
 
     Raises
     ------

@@ -40,6 +40,7 @@ def checked_array(name: str, value: Any, shape: tuple[Any, ...]) -> Array:
     Returns
     -------
     array
+        Of the wanted shape, of any scalar type.
 
     Raises
     ------
@@ -95,6 +96,7 @@ def finite_array(name: str, value: Any, shape: tuple[Any, ...]) -> Array:
     Returns
     -------
     array of float
+        Of the wanted shape.
 
     Raises
     ------
@@ -145,8 +147,21 @@ def _elementwise(name: str) -> Callable[[Any], Any]:
                 out[index] = int(numeric(0)) if zero else numeric(value)
         return out[()]
 
-    apply.__name__ = name
-    apply.__doc__ = f'Return the {name} of each element; floats, SymPy or traced scalars.'
+    apply.__name__ = apply.__qualname__ = name
+    apply.__doc__ = f'''
+    Return the {name} of each element.
+
+    Parameters
+    ----------
+    x : array_like
+        Angles [rad]: floats, SymPy expressions or traced scalars.
+
+    Returns
+    -------
+    array, shape of x
+        Of the same kind.
+
+    '''
     return apply
 
 
@@ -166,6 +181,7 @@ def cross(a: Array, b: Array) -> Array:
     Returns
     -------
     array, shape (..., 3)
+        Perpendicular to both, in their axes.
 
     Examples
     --------
@@ -193,6 +209,7 @@ def dot(a: Array, b: Array) -> Any:
     Returns
     -------
     array, shape (...)
+        Their product, summed over components.
 
     Examples
     --------
@@ -217,6 +234,7 @@ def matvec(matrix: Array, vector: Array) -> Array:
     Returns
     -------
     array, shape (..., m)
+        The image of the vector.
 
     Examples
     --------
@@ -239,6 +257,7 @@ def skew(vector: Array) -> Array:
     Returns
     -------
     array, shape (..., 3, 3)
+        Antisymmetric; times a vector it is the cross product.
 
     Examples
     --------

@@ -53,6 +53,7 @@ def sympy_array(x: Any) -> Array:
     Returns
     -------
     array of object, shape of x
+        Of SymPy objects.
 
     Examples
     --------
@@ -77,6 +78,7 @@ def elementwise(function: Callable[[Any], Any], x: Any) -> Any:
     Returns
     -------
     array of object, shape of x
+        What the function gives.
 
     Examples
     --------
@@ -109,6 +111,7 @@ def exact_chain(chain: SerialChain, tolerance: float = NEAR) -> SerialChain:
     Returns
     -------
     SerialChain
+        With the same names.
 
     Examples
     --------
@@ -144,7 +147,7 @@ class DHJoint(DHRow):
 
     Parameters
     ----------
-    a, alpha, d, theta : float or SymPy expression
+    a, alpha, d, theta : float or expression
         As in :class:`~screw_kinematics.chains.dh.DHRow`; floats are taken as the exact
         number they stand for, angles as the fraction of pi.
     kind : {'revolute', 'prismatic'}
@@ -165,6 +168,7 @@ class DHJoint(DHRow):
         Returns
         -------
         array, shape (4, 4)
+            Of the link.
 
         """
         return _displacement([1, 0, 0], self.alpha, self.a)
@@ -176,6 +180,7 @@ class DHJoint(DHRow):
         Returns
         -------
         array, shape (4, 4)
+            Of the joint.
 
         """
         return _displacement([0, 0, 1], self.theta, self.d)
@@ -199,6 +204,7 @@ def dh_chain(rows: Sequence[DHJoint], convention: str = 'standard',
     Returns
     -------
     SerialChain
+        With joints q1, q2, ...
 
     Raises
     ------
@@ -241,6 +247,7 @@ def exact_decimal(x: Any, tolerance: float = NEAR) -> Any:
     Returns
     -------
     expression
+        A rational number, or the expression without floats.
 
     Examples
     --------

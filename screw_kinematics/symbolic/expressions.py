@@ -50,6 +50,7 @@ def six_vector(name: str) -> Array:
     Returns
     -------
     array, shape (6,)
+        Angular part first.
 
     Examples
     --------
@@ -77,6 +78,7 @@ def parameter(name: str) -> Any:
     Returns
     -------
     symbol
+        The same for the same name.
 
     Examples
     --------
@@ -168,6 +170,7 @@ def simplify(x: Any, rates: Iterable[Any] = ()) -> Any:
     Returns
     -------
     array or expression
+        Equal to what was given.
 
     Examples
     --------

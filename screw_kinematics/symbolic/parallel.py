@@ -40,6 +40,8 @@ except ImportError as error:
     raise MissingExtraError('sympy', 'symbolic', 'formulas of parallel robots') from error
 
 
+__all__ = ['LimbFormulas', 'ORDER', 'ParallelFormulas', 'Wrench']
+
 ORDER = 3
 """Highest order of the equations: the jerk."""
 MOVES = 1e-9
@@ -84,6 +86,7 @@ class LimbFormulas:
     Parameters
     ----------
     name : str
+        Of the limb.
     joints : list of str
         From base to platform.
     screws : list of array, shape (6,)
@@ -91,6 +94,7 @@ class LimbFormulas:
     rates : list of list of expression
         Velocities of these joints, then their accelerations.
     wrenches : list of Wrench
+        Those held by actuators first.
 
     """
 
@@ -114,6 +118,7 @@ class LimbFormulas:
         Returns
         -------
         array, shape (6,)
+            About the platform point, in base axes.
 
         """
         zero = sympy_array([0] * len(self.joints))
@@ -127,6 +132,7 @@ class ParallelFormulas:
     Parameters
     ----------
     robot : ParallelManipulator
+        With limbs whose wrenches are lines through joints or couples along axes.
 
     Attributes
     ----------

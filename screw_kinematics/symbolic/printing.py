@@ -172,6 +172,7 @@ def traced(values: Sequence[Any], symbols: Sequence[Any]) -> StraightLine:
     Returns
     -------
     StraightLine
+        Its outputs are the values, in order.
 
     Raises
     ------

@@ -24,6 +24,8 @@ from ..parallel.manipulator import ParallelManipulator
 from ..screws.screw import unit_screw
 from ..screws.se3 import Array, klein_form
 
+__all__ = ['closed_postures', 'constant_work', 'wrench_forms', 'WrenchForm']
+
 RECIPROCAL = 1e-8
 """Klein form with a unit screw, by the characteristic length, that counts as zero."""
 INDEPENDENT = 1e-4
