@@ -105,6 +105,67 @@ def test_faults_are_found(tmp_path, capsys, change, code, message):
     assert found == code
 
 
+def sent_twice(k, sample):
+    if k in (300, 400, 500):
+        sample[2] = motion((k - 1) / 200.0, 0.5)[0]
+
+
+def held(k, sample):
+    sample[2] = motion((k - k % 4) / 200.0, 0.5)[0]
+
+
+def stands_still(k, sample):
+    if 400 <= k < 412:
+        sample[2] = motion(399 / 200.0, 0.5)[0]
+
+
+def in_degrees(k, sample):
+    sample[2], sample[3] = np.degrees(sample[2]) + 90, np.degrees(sample[3])
+
+
+def in_ticks(k, sample):
+    sample[2] = np.rint(sample[2] * 65536 / (2 * np.pi)) + 5000
+
+
+def wrapped(k, sample):
+    sample[2][0] += np.pi - motion(2.0, 0.5)[0][0]
+    sample[2] = (sample[2] + np.pi) % (2 * np.pi) - np.pi
+
+
+def noisy(k, sample):
+    sample[2] = sample[2] + np.random.default_rng(k).normal(0, 3e-4, 6)
+    sample[3] = ()
+
+
+@pytest.mark.parametrize('change, code, message', [
+    (sent_twice, 0, r'remark .*: 3 positions repeat the one before while the robot moves\n'
+                    r' +-> .*estimator.delay: 0.02'),
+    (held, 0, r'remark .*: positions change 50.0 times a second only, though messages come 200.0 '
+              r'times.*\n +-> .*estimator.delay: 0.05'),
+    (stands_still, 0, r'remark .*: 12 positions repeat .*; the longest for 60 ms'),
+    (in_degrees, 1, r'problem .*: q1 \(revolute\) reaches [\d.]+ rad, [\d.]+ turns\n'
+                    r' +-> are these degrees\?: positions must be in rad'),
+    (in_ticks, 1, r'problem .*: q1 \(revolute\) reaches .*\n +-> these are whole numbers'),
+    (wrapped, 1, r'problem .*: q1 \(revolute\) jumps by a whole turn, 6.283, \d+ times\n'
+                 r".* 'continuous'"),
+    (noisy, 1, r'problem .*: with estimator.delay: 0 accelerations are wrong by \d+ % of the '
+               r'signal\n +-> set estimator.delay: 0.0[1-5]'),
+], ids=lambda x: getattr(x, '__name__', None))
+def test_faults_of_the_readings(tmp_path, capsys, change, code, message):
+    found, out = run(tmp_path, capsys, change=change, count=1200)
+    assert re.search(message, out), out
+    assert found == (code if change is not held else found)
+    assert 'keep estimator.delay: 0' not in out or change is not noisy
+
+
+def test_ordinary_encoders_are_not_said_to_repeat(tmp_path, capsys):
+    """A coarse encoder often reads the same twice, as it must."""
+    def coarse(k, sample):
+        sample[2] = np.round(sample[2] / 2e-3) * 2e-3
+    _, out = run(tmp_path, capsys, change=coarse, count=1200)
+    assert 'repeat the one before' not in out and 'times a second only' not in out
+
+
 @pytest.mark.parametrize('late, code, message', [
     (-50_000_000, 1, r'50.0 ms in the future'), (400_000_000, 0, r'400 ms old')])
 def test_clocks(tmp_path, capsys, late, code, message):
@@ -151,3 +212,16 @@ def test_what_cannot_be_checked(tmp_path, capsys):
     assert check.main(['bag', str(tmp_path)]) == 2
     assert check.main(['system', '--seconds', '0']) == 2
     assert 'no bag there' in capsys.readouterr().err
+
+
+def test_a_table_is_checked_as_a_bag_is(tmp_path, capsys):
+    rows = ['stamp,' + ','.join(NAMES)]
+    for k in range(600):
+        q, _ = motion(k / 200.0, 0.5)
+        rows.append(f'{k / 200.0},' + ','.join(map(str, q)))
+    (tmp_path / 'x.csv').write_text('\n'.join(rows))
+    assert check.main(['bag', str(tmp_path / 'x.csv'), '--robot', PUMA]) == 0
+    out = capsys.readouterr().out
+    assert '200.0 Hz' in out and 'recommended: estimator.delay' in out
+    assert check.main(['bag', str(tmp_path / 'x.csv'), '--robot', PUMA,
+                       '--units', 'deg']) == 0

@@ -14,9 +14,7 @@ from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
 from dataclasses import replace
-from datetime import datetime, timezone
 from functools import partial
-import math
 import multiprocessing
 import os
 from pathlib import Path
@@ -24,7 +22,7 @@ import sys
 
 from .account import Bar, print_single, summary_table
 from .report import write_report
-from .. import console, robot_options
+from .. import console, robot_options, table_options
 from ..processes import end_with_parent
 from ...errors import ParameterError, ToolError
 from ...pipeline.outputs import RECORDED
@@ -32,7 +30,6 @@ from ...pipeline.parameter_file import read_robots, robot_settings
 from ...pipeline.settings import RobotSettings
 from ...recordings import records
 from ...recordings.fleet import cluster, in_order, process_all
-from ...recordings.joint_table import LENGTHS, TableFormat, TIME_UNITS, UNITS
 from ...recordings.processing import FORMS, Outcome, process, Task
 from ...recordings.sources import find_sources
 from ...recordings.states import Run
@@ -88,14 +85,7 @@ def main(argv: Sequence[str] | None = None) -> int:
                          help='write a page about the motion: speeds, workspace, stops')
     options.add_argument('--stop-limit', type=float, default=5.0, metavar='A',
                          help='deceleration that the report calls a hard stop [m/s2] (default: 5)')
-    table = options.add_argument_group('tables', 'what is not stated is recognised, or asked for')
-    table.add_argument('--columns', metavar='JOINT=COLUMN,...', default='',
-                       help='which column is which; JOINT.velocity=COLUMN, stamp=COLUMN')
-    table.add_argument('--units', metavar='U,U', default='', help='of positions: rad or deg, m '
-                                                                  'or mm')
-    table.add_argument('--time-unit', choices=TIME_UNITS, default='', help='of the stamps')
-    table.add_argument('--epoch', metavar='TIME', default='0',
-                       help='added to the stamps: seconds since 1970, or an ISO date')
+    table_options.add_options(options)
     return console.run(_bag, options, argv)
 
 
@@ -137,7 +127,7 @@ def _tasks(arguments: argparse.Namespace) -> list[Task]:
         folder, name = output.parent, output.stem if output.suffix in ENDINGS else output.name
     common = Task(
         sources[0], tuple(_settings(arguments)), arguments.namespace, form, folder,
-        table=_table_format(arguments), compare=arguments.compare,
+        table=table_options.table_format(arguments), compare=arguments.compare,
         stop_limit=arguments.stop_limit if arguments.report else None)
     return [replace(common, source=source, name=name or source.name) for source in sources]
 
@@ -150,41 +140,6 @@ def _settings(arguments: argparse.Namespace) -> list[RobotSettings]:
     return [robot_settings(arguments.name, {
         'description': arguments.robot, 'base_frame': arguments.base or '',
         'tip_frame': arguments.tip or '', 'joint_states_topic': arguments.topic, **chosen})]
-
-
-def _table_format(arguments: argparse.Namespace) -> TableFormat:
-    columns = dict(_pair(entry) for entry in arguments.columns.split(',') if entry)
-    units = [unit for unit in arguments.units.split(',') if unit]
-    for unit in units:
-        if unit not in UNITS and unit not in LENGTHS:
-            raise ParameterError('units', arguments.units,
-                                 f'{", ".join((*UNITS, *LENGTHS))}, two of them by a comma')
-    return TableFormat(columns, next((u for u in units if u in UNITS), ''),
-                       next((u for u in units if u in LENGTHS), ''), arguments.time_unit,
-                       _epoch(arguments.epoch))
-
-
-def _pair(entry: str) -> tuple[str, str]:
-    joint, found, column = entry.partition('=')
-    if not found:
-        raise ParameterError('columns', entry, 'JOINT=COLUMN, several separated by commas')
-    return joint, column
-
-
-def _epoch(text: str) -> int:
-    try:
-        seconds = float(text)
-        if math.isfinite(seconds):
-            return round(seconds * 1e9)
-    except ValueError:
-        try:
-            time = datetime.fromisoformat(text)
-            return round((time if time.tzinfo else time.replace(tzinfo=timezone.utc)
-                          ).timestamp()) * 10**9
-        except ValueError:
-            pass
-    raise ParameterError('epoch', text, 'seconds since 1970, or a date such as '
-                         '2026-05-01T08:00:00+00:00')
 
 
 def _many(arguments: argparse.Namespace, tasks: Sequence[Task]) -> list[Outcome]:

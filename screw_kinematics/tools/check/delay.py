@@ -8,7 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .findings import FACT, Finding, REMARK
+from .findings import FACT, Finding, PROBLEM, REMARK
+from ...errors import InvalidValueError
 from ...motion import make_estimator
 from ...motion.smoother import smooth
 from ...recordings.interpolation import interpolate
@@ -18,6 +19,7 @@ DELAYS = (0.0, 0.01, 0.02, 0.03, 0.05)
 _MOST = 5000        # samples; enough to judge, and tried in seconds
 _LEAST = 200
 _ENOUGH = 1.5       # times the error of the longest delay
+_TOO_LARGE = 1 / 3  # an error as a share of the signal
 
 
 class Trial(NamedTuple):
@@ -29,7 +31,8 @@ class Trial(NamedTuple):
 
 
 def recommend(label: str, names: Sequence[str], time: Array, position: Array,
-              velocity: Array | None, continuous: Sequence[bool]) -> Iterator[Finding]:
+              velocity: Array | None, continuous: Sequence[bool], delay: float,
+              ) -> Iterator[Finding]:
     """
     Yield what the estimator makes of the samples, and the settings to choose.
 
@@ -49,6 +52,8 @@ def recommend(label: str, names: Sequence[str], time: Array, position: Array,
         Velocities [rad/s, m/s].
     continuous : sequence of bool
         Whether positions wrap at 2 pi.
+    delay : float
+        That is set at present [s].
 
     """
     time, position = time[-_MOST:], position[-_MOST:]
@@ -57,27 +62,54 @@ def recommend(label: str, names: Sequence[str], time: Array, position: Array,
         yield Finding(REMARK, f'{label}: {len(time)} samples are too few to recommend settings',
                       f'at least {_LEAST} are needed; listen longer')
         return
-    truth = smooth(time, position, velocity, continuous=continuous)
+    try:
+        truth = smooth(time, position, velocity, continuous=continuous)
+    except InvalidValueError as error:
+        yield Finding(PROBLEM, f'{label}: nothing can be estimated: {error}',
+                      'see what is said of stamps and positions')
+        return
+    left_out = len(time) - int(truth.used.sum())
+    if left_out:
+        yield Finding(REMARK, f'{label}: {left_out} of {len(time)} samples are refused: out of '
+                              'order, or jumps that no joint makes')
     speed = np.sqrt((truth.velocity**2).mean(axis=1))
     moving = speed > max(0.02 * float(speed.max()), 1e-4)
     trials: list[Trial] = []
     doubts: list[str] = []
-    for delay in DELAYS:
-        trial, doubts = _try(delay, time, position, velocity, continuous, truth, moving)
+    for tried in sorted({*DELAYS, delay}):
+        trial, doubts = _try(tried, names, time, position, velocity, continuous, truth, moving)
         trials.append(trial)
     signal = float(np.sqrt((truth.acceleration[moving]**2).mean())) if moving.any() else 0.0
     for trial in trials:
         yield Finding(FACT, f'{label}: delay {1e3 * trial.delay:.0f} ms: RMS error of '
                             f'accelerations {_errors(trial, signal)} [rad/s2, m/s2]')
     for doubt in doubts:
-        yield Finding(REMARK, f'{label}: {_with_names(doubt, names)}')
+        yield Finding(REMARK, f'{label}: {doubt}')
     for what, there in (('at rest', ~moving), ('in motion', moving)):
         if there.mean() < 0.05:
             yield Finding(REMARK, f'{label}: hardly any samples {what}',
                           f'listen again while the robot is {what} for some seconds')
-    yield Finding(FACT, f'{label}: recommended: estimator.delay: {_choice(trials):g}, '
-                        'velocity_source: auto',
-                  'where states are needed at once, keep estimator.delay: 0')
+    yield from _judge(label, trials, delay, signal)
+
+
+def _judge(label: str, trials: Sequence[Trial], delay: float, signal: float) -> Iterator[Finding]:
+    """Yield whether the delay that is set will do, and the one to choose."""
+    best = _choice(trials)
+    shares = {trial.delay: trial.in_motion / signal for trial in trials
+              if signal and np.isfinite(trial.in_motion)}
+    wrong = {tried for tried, share in shares.items() if share > _TOO_LARGE}
+    if delay in wrong:
+        better = [tried for tried in shares if tried not in wrong]
+        advice = (f'set estimator.delay: {max(best, min(better)):g}' if better else
+                  'no delay helps: mend what is remarked above; until then take states from '
+                  'recordings, by the tool bag')
+        yield Finding(PROBLEM, f'{label}: with estimator.delay: {delay:g} accelerations are wrong '
+                               f'by {_percent(shares[delay])} of the signal', advice)
+    if not wrong or len(wrong) < len(shares):
+        at_once = '' if 0.0 in wrong else (
+            'where states are needed at once, keep estimator.delay: 0')
+        yield Finding(FACT, f'{label}: recommended: estimator.delay: {best:g}, '
+                            'velocity_source: auto', at_once)
 
 
 def _errors(trial: Trial, signal: float) -> str:
@@ -86,16 +118,12 @@ def _errors(trial: Trial, signal: float) -> str:
         parts.append(f'{trial.at_rest:.2g} at rest')
     if np.isfinite(trial.in_motion):
         parts.append(f'{trial.in_motion:.2g} in motion, '
-                     f'{100 * trial.in_motion / signal:.2g} % of the signal')
+                     f'{_percent(trial.in_motion / signal)} of the signal')
     return '; '.join(parts)
 
 
-def _with_names(doubt: str, names: Sequence[str]) -> str:
-    """Return a doubt of an estimator with the names of the joints it gives by index."""
-    what, found, numbers = doubt.partition(': joints ')
-    if not found:
-        return doubt
-    return f'{what}: {", ".join(names[int(number)] for number in numbers.split(", "))}'
+def _percent(share: float) -> str:
+    return f'{100 * share:.0f} %' if share > 1 else f'{100 * share:.2g} %'
 
 
 def _choice(trials: Sequence[Trial]) -> float:
@@ -105,7 +133,7 @@ def _choice(trials: Sequence[Trial]) -> float:
     return trials[int(good[0])].delay if len(good) else trials[-1].delay
 
 
-def _try(delay: float, time: Array, position: Array, velocity: Array | None,
+def _try(delay: float, names: Sequence[str], time: Array, position: Array, velocity: Array | None,
          continuous: Sequence[bool], truth: object, moving: Array) -> tuple[Trial, list[str]]:
     estimator = make_estimator('bank', position.shape[1], delay=delay,
                                continuous=np.array(continuous, bool))
@@ -124,7 +152,7 @@ def _try(delay: float, time: Array, position: Array, velocity: Array | None,
     squares = ((np.array(accelerations)[inside] - exact)**2).mean(axis=1)
     in_motion = moving[np.clip(np.searchsorted(known, at[inside]), 0, len(known) - 1)]
     return Trial(delay, _root_mean(squares[~in_motion]), _root_mean(squares[in_motion])), (
-        estimator.doubts())
+        estimator.doubts(names))
 
 
 def _root_mean(squares: Array) -> float:

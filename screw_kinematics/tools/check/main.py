@@ -18,14 +18,14 @@ from .delay import recommend
 from .findings import Finding, has_problem, print_findings, PROBLEM
 from .model import report_model
 from .samples import report_streams
-from .. import console, robot_options
+from .. import console, robot_options, table_options
 from ... import models
 from ...errors import ParameterError, ScrewKinematicsError
 from ...pipeline.parameter_file import read_robots, robot_settings
 from ...pipeline.robot_model import build_model, continuous_joints
 from ...pipeline.settings import RobotSettings
 from ...recordings.joint_streams import JointStream, JointStreams
-from ...recordings.joint_table import JointTable, TableFormat
+from ...recordings.joint_table import JointTable
 from ...recordings.recording import description_in, full_name
 from ...recordings.sources import opened
 
@@ -49,7 +49,8 @@ def main(argv: Sequence[str] | None = None) -> int:
                         help='how long to listen (default: 10); let the robot rest and move')
     system.set_defaults(find=_system)
     bag = kinds.add_parser('bag', help='the joint states in a recording')
-    bag.add_argument('bag', help='a folder, or a .mcap, .db3 or .bag file, or its URL')
+    bag.add_argument('bag', help='a folder, a .mcap, .db3 or .bag file, a table, or a URL')
+    table_options.add_options(bag)
     bag.set_defaults(find=_recording)
     for with_robots in (system, bag):
         which = with_robots.add_mutually_exclusive_group()
@@ -96,15 +97,21 @@ def _recording(arguments: argparse.Namespace) -> Iterator[Finding]:
     settings = _settings(arguments)
     streams = {topic: JointStreams() for topic in _topics(settings, arguments.namespace)}
     descriptions = {}
-    with opened(arguments.bag, TableFormat()) as recording:
+    with opened(arguments.bag, table_options.table_format(arguments)) as recording:
         if isinstance(recording, JointTable):
-            raise ParameterError('bag', arguments.bag, 'a bag')
-        for topic, received, sample in recording.samples(set(streams)):
-            streams[topic].take(received, sample)
+            for robot in settings:
+                model = build_model(robot)
+                topic = full_name(arguments.namespace, robot.joint_states_topic[0])
+                for _, received, sample in recording.samples(
+                        dict(zip(model.joint_names, model.joint_kinds))):
+                    streams[topic].take(received, sample)
+        else:
+            for topic, received, sample in recording.samples(set(streams)):
+                streams[topic].take(received, sample)
         for damage in recording.damage:
             yield Finding(PROBLEM, f'damaged: {damage}')
         for robot in settings:
-            if not robot.description:
+            if not robot.description and not isinstance(recording, JointTable):
                 topic = full_name(arguments.namespace, robot.description_topic)
                 text = description_in(recording, topic)
                 if text is not None:
@@ -149,13 +156,15 @@ def _report(settings: Sequence[RobotSettings], namespace: str,
         for topic in topics:
             # What another topic of this robot brings is not missing here.
             here = {name for names in streams[topic].streams for name in names}
-            wanted = [name for name in model.joint_names if name in here or name not in come]
+            wanted = {name: kind for name, kind in zip(model.joint_names, model.joint_kinds)
+                      if name in here or name not in come}
             yield from report_streams(topic, streams[topic], wanted)
             for stream in streams[topic].streams.values():
-                yield from _recommend(topic, stream, model)
+                yield from _recommend(topic, stream, model, robot.motion.delay)
 
 
-def _recommend(topic: str, stream: JointStream, model: Any) -> Iterator[Finding]:
+def _recommend(topic: str, stream: JointStream, model: Any, delay: float,
+               ) -> Iterator[Finding]:
     columns = [i for i, name in enumerate(stream.names) if name in model.joint_names]
     if not columns or not len(stream):
         return
@@ -168,7 +177,7 @@ def _recommend(topic: str, stream: JointStream, model: Any) -> Iterator[Finding]
     measured = velocity[good] if np.isfinite(velocity).any() else None
     names = [stream.names[i] for i in columns]
     yield from recommend(topic, names, time[good], position[good], measured,
-                         [wraps[name] for name in names])
+                         [wraps[name] for name in names], delay)
 
 
 if __name__ == '__main__':

@@ -3,11 +3,12 @@
 """What is right and wrong with the joint states of a topic."""
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
 from .findings import FACT, Finding, PROBLEM, REMARK
+from .readings import report_readings
 from ...recordings.joint_streams import JointStream, JointStreams
 from ...screws.se3 import Array
 
@@ -18,7 +19,7 @@ _LEAST = 20
 
 
 def report_streams(topic: str, streams: JointStreams,
-                   wanted: Sequence[str]) -> Iterator[Finding]:
+                   wanted: Mapping[str, str]) -> Iterator[Finding]:
     """
     Yield what is found in the samples of a topic.
 
@@ -28,8 +29,8 @@ def report_streams(topic: str, streams: JointStreams,
         Its name.
     streams : JointStreams
         What came on it.
-    wanted : sequence of str
-        Measured joints of the robot.
+    wanted : mapping of str to str
+        Kinds of the robot's measured joints, by name.
 
     """
     if streams.malformed:
@@ -56,7 +57,7 @@ def _label(topic: str, stream: JointStream, streams: int) -> str:
     return f'{topic} ({names})'
 
 
-def _report(label: str, stream: JointStream, wanted: Sequence[str]) -> Iterator[Finding]:
+def _report(label: str, stream: JointStream, wanted: Mapping[str, str]) -> Iterator[Finding]:
     if stream.wrong_length:
         yield Finding(PROBLEM, f'{label}: {stream.wrong_length} messages have another number '
                                f'of positions than of names ({len(stream.names)})')
@@ -72,7 +73,8 @@ def _report(label: str, stream: JointStream, wanted: Sequence[str]) -> Iterator[
     if bad.any():
         yield Finding(PROBLEM, f'{label}: {int(bad.sum())} messages have positions that are '
                                'not finite', 'they are refused')
-    yield from _report_motion(label, names, position[~bad])
+    yield from report_readings(label, names, [wanted[name] for name in names],
+                               stream.times()[~bad], position[~bad])
     yield from _report_velocity(label, names, stream.times()[~bad], position[~bad],
                                 stream.velocity()[:, columns][~bad])
 
@@ -87,7 +89,7 @@ def _report_stamps(label: str, stream: JointStream) -> Iterator[Finding]:
                       'time of arrival is used instead, which jitters; let the driver stamp '
                       'its measurements')
         return
-    if (stamps == 0).any():
+    if (stamps[1:] == 0).any():      # a table may begin at 0
         yield Finding(REMARK, f'{label}: {int((stamps == 0).sum())} stamps are zero')
     steps = np.diff(stamps) * 1e-9
     ahead = steps[steps > 0]
@@ -125,21 +127,6 @@ def _report_stamps(label: str, stream: JointStream) -> Iterator[Finding]:
 
 def _rate(arrivals: Array) -> float:
     return float(1.0 / max(float(np.median(arrivals)), 1e-9))
-
-
-def _report_motion(label: str, names: Sequence[str], position: Array) -> Iterator[Finding]:
-    steps = np.abs(np.diff(position, axis=0))
-    still = [name for name, moved in zip(names, np.ptp(position, axis=0)) if moved == 0]
-    if len(still) == len(names):
-        yield Finding(REMARK, f'{label}: positions do not change at all',
-                      'move the robot to learn more')
-        return
-    quantum = np.array([column[column > 0].min() if column.any() else np.nan
-                        for column in steps.T])
-    yield Finding(FACT, f'{label}: smallest step of a position {np.nanmin(quantum):.2g}, '
-                        f'largest {steps.max():.2g} rad or m')
-    if still:
-        yield Finding(REMARK, f'{label}: {", ".join(still)} did not move')
 
 
 def _report_velocity(label: str, names: Sequence[str], time: Array, position: Array,
