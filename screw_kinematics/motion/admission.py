@@ -33,20 +33,20 @@ class Admission:
 
     Parameters
     ----------
-    n_joints:
+    n_joints : int
         Number of joints.
-    max_gap:
+    max_gap : float
         A pause longer than this (s) restarts.
-    max_back:
+    max_back : float
         Stamps that step back by more than this (s) restart; smaller steps are refused.
-    max_velocity, max_jump:
+    max_velocity, max_jump : float
         A joint that moves by more than `max_velocity` * dt + `max_jump` (rad or m) is refused;
         the velocity for all joints, or one for each.
-    patience:
+    patience : int
         After this many implausible samples in a row the next one restarts.
-    back_patience:
+    back_patience : int
         After this many stamps in a row that do not advance the next one restarts.
-    continuous: length n_joints
+    continuous : sequence of bool, length n_joints
         Joints whose position wraps at 2 pi; it is unwrapped.
 
     Raises
@@ -109,9 +109,9 @@ class Admission:
 
         Parameters
         ----------
-        stamp:
+        stamp : float
             Time of the sample, s.
-        position: length n_joints
+        position : array, length n_joints
             Measured positions, rad or m; an array that nobody changes from now on.
 
         Returns

@@ -52,16 +52,16 @@ class FixedKalmanFilter(MotionEstimator):
 
     Parameters
     ----------
-    n_joints:
+    n_joints : int
         Number of joints.
-    delay:
+    delay : float
         As in `MotionEstimator`.
-    bandwidth:
+    bandwidth : float
         Bandwidth of the filter, Hz.
-    position_noise:
+    position_noise : float
         Standard deviation of the measured position, rad or m; it scales the covariance only,
         because the bandwidth fixes the ratio of process to measurement noise.
-    regularise, max_gap, max_velocity, continuous:
+    regularise, max_gap, max_velocity, continuous : optional
         As in `MotionEstimator`.
 
     """
@@ -96,15 +96,15 @@ class FiniteDifferences(PlainEstimator):
 
     Parameters
     ----------
-    n_joints:
+    n_joints : int
         Number of joints.
-    delay:
+    delay : float
         0; the method has no other.
-    cutoff:
+    cutoff : float
         Cutoff frequency of the low-pass, Hz.
-    velocity:
+    velocity : str
         ``'auto'``: difference the measured velocity; ``'position-only'``: ignore it.
-    max_gap, max_velocity, continuous:
+    max_gap, max_velocity, continuous : optional
         As in `MotionEstimator`.
 
     """
@@ -170,15 +170,15 @@ class SavitzkyGolay(PlainEstimator):
 
     Parameters
     ----------
-    n_joints:
+    n_joints : int
         Number of joints.
-    delay:
+    delay : float
         Estimates describe the instant `delay` s ago; 0.03 s suits the default window.
-    window:
+    window : float
         Length of the window, s.
-    order:
+    order : int
         Order of the polynomial, 3 or more.
-    max_gap, max_velocity, continuous:
+    max_gap, max_velocity, continuous : optional
         As in `MotionEstimator`.
 
     References

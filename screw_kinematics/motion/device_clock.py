@@ -71,7 +71,7 @@ class DeviceClock:
 
     Parameters
     ----------
-    n_joints:
+    n_joints : int
         Number of joints.
 
     """
@@ -132,11 +132,11 @@ class DeviceClock:
 
         Parameters
         ----------
-        stamp:
+        stamp : float
             Later than that of the message before, s.
-        position:
+        position : array
             Its positions.
-        bank:
+        bank : FilterBank, optional
             What foresees the positions; None while it has not settled.
 
         """

@@ -18,7 +18,7 @@ def divided_difference(t: Array) -> Array:
 
     Parameters
     ----------
-    t: shape (..., n + 1)
+    t : array, shape (..., n + 1)
         Stamps, s.
 
     Returns
@@ -42,11 +42,11 @@ def roughness(t: Array, q: Array, order: int = 4) -> Array:
 
     Parameters
     ----------
-    t: shape (N,)
+    t : array, shape (N,)
         Increasing times, s.
-    q: shape (N, n)
+    q : array, shape (N, n)
         Signals.
-    order:
+    order : int
         Of the differences.
 
     Returns

@@ -48,28 +48,28 @@ class MotionEstimator(JointEstimator):
 
     Parameters
     ----------
-    n_joints:
+    n_joints : int
         Number of joints.
-    delay:
+    delay : float
         0: estimates describe the latest sample. Above: they describe, and are stamped with, the
         instant `delay` s before it, and are several times as accurate (0.02 s is a good choice).
-    velocity:
+    velocity : str
         ``'auto'``: the measured velocity is used per joint as far as it proves right;
         ``'position-only'``: it is ignored.
-    regularise:
+    regularise : bool
         Whether the device's own clock is looked for; without, readings are of their stamps.
-    max_gap:
+    max_gap : float
         A pause longer than this (s) begins a new run.
-    max_back:
+    max_back : float
         So do stamps that step back by more than this (s); smaller steps are refused.
-    max_velocity, max_jump:
+    max_velocity, max_jump : float or sequence of float
         A joint that moves by more than `max_velocity` * dt + `max_jump` (rad or m) is refused;
         the velocity for all joints, or one for each.
-    patience, back_patience:
+    patience, back_patience : int
         After so many implausible samples, or stamps that do not advance, a new run begins.
-    continuous: length n_joints
+    continuous : sequence of bool, length n_joints
         Joints whose position wraps at 2 pi; it is unwrapped.
-    min_samples:
+    min_samples : int
         Samples of a run before the first estimate.
 
     """
@@ -110,7 +110,19 @@ class MotionEstimator(JointEstimator):
         return [share > USED for *_, share in self._bank.velocity_facts()]
 
     def doubts(self, joint_names: Sequence[str] | None = None) -> list[str]:
-        """Return what is odd about the samples, as short sentences; joints by name or index."""
+        """
+        Return what is odd about the samples, as short sentences.
+
+        Parameters
+        ----------
+        joint_names : sequence of str, optional
+            What to call the joints; by default their indices.
+
+        Returns
+        -------
+        list of str
+
+        """
         names: Iterable[object] = range(self.n_joints) if joint_names is None else joint_names
         found = [*super().doubts(joint_names), *self._clock.doubts()]
         count = self._bank.count()
@@ -154,12 +166,16 @@ class MotionEstimator(JointEstimator):
 
         Parameters
         ----------
-        stamp:
+        stamp : float
             Time of the sample, s.
-        position, velocity: length n_joints
+        position, velocity : sequence of float, length n_joints
             As for `update`.
-        known:
+        known : DeviceClock, optional
             The clock of the device, where a sample that begins a run may know it.
+
+        Returns
+        -------
+        Placed or Reason
 
         """
         admission, clock, bank = self._admission, self._clock, self._bank

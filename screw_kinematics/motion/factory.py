@@ -25,13 +25,17 @@ def make_estimator(kind: str, n_joints: int, **settings: Any) -> JointEstimator:
 
     Parameters
     ----------
-    kind:
+    kind : str
         ``'bank'`` (`MotionEstimator`), ``'kalman'`` (`FixedKalmanFilter`), ``'savitzky_golay'``
         or ``'finite_difference'``.
-    n_joints:
+    n_joints : int
         Number of joints.
-    **settings:
+    **settings : Any
         Keyword arguments of that class.
+
+    Returns
+    -------
+    JointEstimator
 
     Raises
     ------

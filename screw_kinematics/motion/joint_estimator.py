@@ -29,13 +29,13 @@ class JointEstimator(ABC):
 
     Parameters
     ----------
-    n_joints:
+    n_joints : int
         Number of joints.
-    delay:
+    delay : float
         Estimates describe the instant `delay` seconds before the latest sample.
-    admission:
+    admission : Admission
         What decides which samples are taken.
-    min_samples:
+    min_samples : int
         Samples of a run before the first estimate.
 
     """
@@ -62,13 +62,17 @@ class JointEstimator(ABC):
 
         Parameters
         ----------
-        stamp:
+        stamp : float
             Time of the sample, s. Subtract a start time in integer nanoseconds first, or use
             `step`: a float that counts from 1970 resolves only 0.24 us.
-        position: shape (n_joints,)
+        position : array, shape (n_joints,)
             Measured positions, rad or m.
-        velocity: shape (n_joints,)
+        velocity : array, shape (n_joints,)
             Measured velocities, rad/s or m/s; NaN or None where not measured.
+
+        Returns
+        -------
+        JointMotion or None
 
         """
         outcome = self._take(float(stamp), _row(position),
@@ -85,6 +89,18 @@ class JointEstimator(ABC):
         Take one sample with a stamp in ns; return the motion it leads to, or why there is none.
 
         The motion's `stamp_ns` is exact; its `stamp` counts from an epoch of the estimator.
+
+        Parameters
+        ----------
+        stamp_ns : int
+            Time of the sample, ns.
+        position, velocity : sequence of float, length n_joints
+            As for `update`.
+
+        Returns
+        -------
+        JointMotion or Reason
+
         """
         since = stamp_ns - self._epoch_ns
         if not -EPOCH_SPAN_NS < since < EPOCH_SPAN_NS:
@@ -120,7 +136,19 @@ class JointEstimator(ABC):
         return [False] * self.n_joints
 
     def doubts(self, joint_names: Sequence[str] | None = None) -> list[str]:
-        """Return what is odd about the samples, as short sentences; joints by name or index."""
+        """
+        Return what is odd about the samples, as short sentences.
+
+        Parameters
+        ----------
+        joint_names : sequence of str, optional
+            What to call the joints; by default their indices.
+
+        Returns
+        -------
+        list of str
+
+        """
         admission = self._admission
         if not admission.restarts['gap']:
             return []

@@ -23,11 +23,11 @@ class JointMotion:
 
     Parameters
     ----------
-    stamp:
+    stamp : float
         The instant the values describe, in s, in the time base of the samples.
-    values: length 4 n
+    values : sequence of float, length 4 n
         Positions (rad or m), then velocities, accelerations, jerks (per s, s^2, s^3).
-    covariance:
+    covariance : callable, optional
         A function without arguments that returns it, shape (n, 4, 4); None where it is not known
         (the covariance is then NaN).
 
@@ -35,7 +35,7 @@ class JointMotion:
     ----------
     stamp, values
         As given.
-    stamp_ns:
+    stamp_ns : int
         The instant in ns, where the estimator was given ns; else 0.
 
     Examples

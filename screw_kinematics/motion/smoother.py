@@ -43,17 +43,17 @@ class SmoothedMotion:
     """
     Motion of n joints at N recorded instants; all arrays but `used` have N rows.
 
-    Attributes
+    Parameters
     ----------
-    stamps: shape (N,)
+    stamps : array, shape (N,)
         The instants, s: the stamps of the samples that were used.
-    position, velocity, acceleration, jerk: shape (N, n)
+    position, velocity, acceleration, jerk : array, shape (N, n)
         rad or m, per s, s^2, s^3.
-    variance: shape (N, 4, n)
+    variance : array, shape (N, 4, n)
         Variances of the four.
-    used: shape of the input's stamps
+    used : array of bool, shape of the input's stamps
         Which samples were used; the others were out of order, not finite, or outliers.
-    findings:
+    findings : tuple of str
         What is odd about the samples, as short sentences.
 
     """
@@ -97,18 +97,22 @@ def smooth(
 
     Parameters
     ----------
-    stamps: shape (N,)
+    stamps : array, shape (N,)
         Stamps in s; subtract the first in integer nanoseconds.
-    positions: shape (N, n)
+    positions : array, shape (N, n)
         Measured positions, rad or m.
-    velocities: shape (N, n)
+    velocities : array, shape (N, n)
         Measured velocities, NaN where not measured; used as far as they prove right.
-    continuous: length n
+    continuous : sequence of bool, length n
         Joints that wrap at 2 pi.
-    max_gap, max_velocity:
+    max_gap, max_velocity : float
         As in `MotionEstimator`.
-    progress:
+    progress : callable, optional
         Called with the share that is done, 0 to 1.
+
+    Returns
+    -------
+    SmoothedMotion
 
     Raises
     ------

@@ -36,13 +36,13 @@ class TickCounter:
 
     Parameters
     ----------
-    phase:
+    phase : float
         Stamp of the present tick, s.
-    period:
+    period : float
         Of the device, by the stamps' clock, s.
-    count:
+    count : int
         Stamps from which both are known.
-    deviation:
+    deviation : float
         Mean deviation of stamps from their ticks, s.
 
     """
@@ -89,14 +89,14 @@ class TickCounter:
 
         Parameters
         ----------
-        stamp:
+        stamp : float
             Of the new reading, s.
-        x:
+        x : float
             Ticks that the joints have travelled.
-        foreseen, unforeseen:
+        foreseen, unforeseen : float
             Deviation of x from the number of ticks: as usual; for an acceleration that nobody
             foresaw.
-        same:
+        same : bool
             Whether it can be the same reading.
 
         """

@@ -83,9 +83,9 @@ def process_noise(order: int, dt: float) -> Array:
 
     Parameters
     ----------
-    order:
+    order : int
         3 (the jerk is white noise, its state unused and zero) or 4 (the snap is white noise).
-    dt:
+    dt : float
         Time step, s.
 
     Returns
