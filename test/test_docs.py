@@ -3,10 +3,8 @@
 """The pages are true: they build without a warning, their Python runs, their links lead on."""
 import ast
 import doctest
-from enum import EnumMeta
 import importlib
 from importlib.util import find_spec
-from inspect import isclass, isroutine
 import os
 from pathlib import Path
 import re
@@ -150,34 +148,3 @@ def test_public_names_are_in_the_reference(site):
         missing = [public for public in described
                    if f'screw_kinematics.{room}.{public}' not in known]
         assert not missing, f'{room}: {missing} are not in doc/reference/library'
-
-
-FINDINGS = ('PR01', 'PR02', 'PR03', 'PR04', 'PR10', 'RT01')
-"""Parameters that are not, wrongly, or without a type documented; what is returned is not."""
-
-INTERNAL = ('Graph', 'Array', 'sin', 'cos')
-"""Public for the rooms behind: called by the tracer's scalars, NumPy's own, any scalar's."""
-
-
-def public_names():
-    """Yield the names of what users call: functions, classes, their methods."""
-    for room in ('errors', *ROOMS, 'screws.se3', 'screws.lines', 'screws.states'):
-        module = importlib.import_module(f'screw_kinematics.{room}')
-        for public, described in vars(module).items():
-            if public.startswith('_') or public in INTERNAL or isinstance(described, EnumMeta):
-                continue
-            if public not in getattr(module, '__all__', vars(module)) or not callable(described):
-                continue
-            if not described.__module__.startswith('screw_kinematics'):
-                continue
-            yield f'{module.__name__}.{public}'
-            for method, function in vars(described).items() if isclass(described) else ():
-                if not method.startswith('_') and isroutine(function):
-                    yield f'{module.__name__}.{public}.{method}'
-
-
-def test_docstrings_are_complete():
-    validate = pytest.importorskip('numpydoc.validate').validate
-    found = [f'{public}: {finding}' for public in public_names()
-             for code, finding in validate(public)['errors'] if code in FINDINGS]
-    assert not found, '\n'.join(found)

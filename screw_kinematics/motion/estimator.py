@@ -121,6 +121,7 @@ class MotionEstimator(JointEstimator):
         Returns
         -------
         list of str
+            One sentence each; empty if there is nothing.
 
         """
         names: Iterable[object] = range(self.n_joints) if joint_names is None else joint_names
@@ -176,6 +177,7 @@ class MotionEstimator(JointEstimator):
         Returns
         -------
         Placed or Reason
+            Where it is, or why it is not taken.
 
         """
         admission, clock, bank = self._admission, self._clock, self._bank

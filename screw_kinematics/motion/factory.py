@@ -36,6 +36,7 @@ def make_estimator(kind: str, n_joints: int, **settings: Any) -> JointEstimator:
     Returns
     -------
     JointEstimator
+        Of that class.
 
     Raises
     ------

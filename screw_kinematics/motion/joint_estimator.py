@@ -73,6 +73,7 @@ class JointEstimator(ABC):
         Returns
         -------
         JointMotion or None
+            None while settling, or where the sample was refused.
 
         """
         outcome = self._take(float(stamp), _row(position),
@@ -100,6 +101,7 @@ class JointEstimator(ABC):
         Returns
         -------
         JointMotion or Reason
+            The motion, or why there is none.
 
         """
         since = stamp_ns - self._epoch_ns
@@ -147,6 +149,7 @@ class JointEstimator(ABC):
         Returns
         -------
         list of str
+            One sentence each; empty if there is nothing.
 
         """
         admission = self._admission

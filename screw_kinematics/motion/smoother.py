@@ -113,6 +113,7 @@ def smooth(
     Returns
     -------
     SmoothedMotion
+        At the stamps of the samples that were used.
 
     Raises
     ------

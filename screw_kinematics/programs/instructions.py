@@ -36,6 +36,7 @@ class StraightLine:
     Parameters
     ----------
     n_inputs : int
+        How many numbers it reads.
     operations : tuple of Operation
         Every operation reads inputs and results of earlier operations only.
     outputs : tuple of int or float
@@ -54,6 +55,7 @@ class StraightLine:
         Returns
         -------
         dict of str to int
+            From the kind to the number.
 
         """
         kinds = [operation.kind for operation in self.operations]
@@ -66,6 +68,7 @@ class StraightLine:
         Returns
         -------
         list of int
+            One number for each value, inputs first.
 
         """
         uses = [0] * (self.n_inputs + len(self.operations))
@@ -92,6 +95,7 @@ class StraightLine:
         Returns
         -------
         StraightLine
+            A program of its own.
 
         """
         new_index = {value: k for k, value in enumerate(inputs) if value >= 0}

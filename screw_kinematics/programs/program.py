@@ -36,6 +36,7 @@ class Program:
     Parameters
     ----------
     line : StraightLine
+        What it runs.
     sizes : mapping from str to int
         Names of the outputs, in order, and how many numbers each has.
     joint_names : sequence of str
@@ -45,6 +46,7 @@ class Program:
     axes, pole : {'base', 'tip'}
         Whose axes the six-vectors are in, and which point they refer to.
     base_frame, tip_frame : str
+        Names for headings.
     input_names : sequence of str, optional
         What the line reads. Default: q, then qd, ... up to ``order``.
 
@@ -155,6 +157,7 @@ class Program:
         Returns
         -------
         str
+            The text of a file.
 
         Raises
         ------

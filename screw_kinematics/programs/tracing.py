@@ -201,6 +201,7 @@ def straight_line(n_inputs: int, outputs: Iterable[Any]) -> StraightLine:
     Returns
     -------
     StraightLine
+        What leads to no output is left out.
 
     """
     outputs = list(outputs)
