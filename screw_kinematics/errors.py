@@ -229,6 +229,7 @@ class Reason(str, Enum):
     NO_JOINT = 'no_joint_of_robot'
     NAMED_TWICE = 'joint_named_twice'
     OWNED_BY_OTHERS = 'joints_come_with_other_message'
+    JOINTS_MISSING = 'other_joints_missing'
     TOO_FAR_APART = 'joints_too_far_apart_in_time'
     # Its numbers.
     WRONG_LENGTH = 'position_of_wrong_length'

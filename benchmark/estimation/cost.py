@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from time import thread_time
 from typing import NamedTuple
 
@@ -12,7 +13,9 @@ import numpy as np
 from rich.table import Table
 
 from screw_kinematics.motion import MotionEstimator
-from screw_kinematics.pipeline.group_motion import GroupMotion, MotionSettings
+from screw_kinematics.pipeline.group_motion import GroupMotion, make_motion
+from screw_kinematics.pipeline.joint_groups import JointGroup, Reading
+from screw_kinematics.pipeline.settings import MotionSettings
 
 PERIOD = 1e-3
 ENCODER_STEP = 1e-5
@@ -61,14 +64,15 @@ def samples(joints: int, count: int) -> list[tuple[float, list[float], list[floa
 def measure(joints: int, delay: float, velocity: bool, chunks: int,
             node: bool = False) -> Cost:
     """Return what an update, or a sample in the node, costs once the gains have converged."""
-    group = GroupMotion(MotionSettings(delay=delay), [False] * joints)
-    estimator = group.estimator if node else MotionEstimator(joints, delay)
+    group = JointGroup(tuple(range(joints)), True)
+    motion = make_motion(MotionSettings(delay=delay), [False] * joints, 2, False)
+    estimator = motion.estimator if node else MotionEstimator(joints, delay)
     assert isinstance(estimator, MotionEstimator)
     recording: list[tuple] = list(samples(joints, SETTLE + chunks * CHUNK))
     update: Callable = estimator.update
     if node:
         recording = [(round(1e9 * t), q, v) for t, q, v in recording]
-        update = group.update
+        update = partial(_update, motion, group)
     rows = []
     for first in range(0, len(recording), CHUNK):
         chunk = [(t, q, v if velocity else None) for t, q, v in recording[first:first + CHUNK]]
@@ -81,6 +85,11 @@ def measure(joints: int, delay: float, velocity: bool, chunks: int,
     # What else runs on the machine only adds: the fastest tenth tells the cost itself.
     cost, add = np.percentile(rows, 10, axis=0).tolist()
     return Cost(cost, add, cost / add)
+
+
+def _update(motion: GroupMotion, group: JointGroup, stamp_ns: int, q: list[float],
+            v: list[float] | None) -> object:
+    return motion.update(Reading(group, stamp_ns, q, v))
 
 
 def table(chunks: int = 60) -> Table:

@@ -4,64 +4,113 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable, Mapping, Sequence
 import time
-from typing import Any, TYPE_CHECKING
+from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from rclpy.node import Node
+from rclpy.time import Time
 
+from .joint_input import JointInput
 from .robot import Robot
-from ..pipeline.joint_groups import NO_JOINT
-
-if TYPE_CHECKING:
-    from .node import KinematicStatePublisher
+from ..errors import Reason, ScrewKinematicsError
+from ..pipeline.joint_groups import listed
 
 LOG_PERIOD = 5.0
-HARMLESS = (NO_JOINT,)
+HARMLESS = (Reason.NO_JOINT, Reason.JOINTS_MISSING)
 """Reasons to refuse a message that are no fault: a gripper's message is none of the arm's."""
+
+FOREIGN_AGE = 10.0
+"""Outputs that keep coming and are older than this, or so far ahead, are of another clock [s]."""
 
 OK, WARN, ERROR, STALE = (DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR,
                           DiagnosticStatus.STALE)
 
 
 class Diagnostics:
-    """What was reported before, so that rates and news can be told."""
+    """
+    What was reported before, so that rates and news can be told.
 
-    def __init__(self) -> None:
-        self._since: dict[str, tuple[float, int, int, int]] = {}
+    Parameters
+    ----------
+    node : rclpy.node.Node
+        Whose name and namespace are in the reports, and which logs.
+
+    """
+
+    def __init__(self, node: Node) -> None:
+        self._node = node
+        self._reported: dict[str, _Counts] = {}
         self._unreadable: dict[str, int] = {}
         self._logged: Counter[str] = Counter()
         self._last_log = -LOG_PERIOD
+        self._incomplete: dict[str, float] = {}
 
-    def report(self, node: KinematicStatePublisher) -> DiagnosticArray:
-        """Return the message for /diagnostics."""
+    def report(self, now: Time, state: str, inputs: Mapping[str, JointInput],
+               robots: Collection[Robot], faults: Sequence[str],
+               failure: ScrewKinematicsError | None) -> DiagnosticArray:
+        """
+        Return the message for /diagnostics.
+
+        Parameters
+        ----------
+        now : Time
+            By the node's clock.
+        state : str
+            Of its life cycle.
+        inputs : mapping from str to JointInput
+            By topic.
+        robots : collection of Robot
+            In the order of their parameter.
+        faults : sequence of str
+            What is wrong with the node's own configuration, though it runs.
+        failure : ScrewKinematicsError, optional
+            Why the latest transition failed.
+
+        """
         array = DiagnosticArray()
-        array.header.stamp = node.get_clock().now().to_msg()
-        array.status = [self._of_node(node)]
-        array.status += [self._of_robot(node, robot) for robot in node.robots.values()]
+        array.header.stamp = now.to_msg()
+        array.status = [
+            self._of_node(state, inputs, [robot.name for robot in robots], faults, failure),
+            *(self._of_robot(now, state, robot) for robot in robots)]
         return array
 
-    def log_refusals(self, node: KinematicStatePublisher) -> None:
-        """Log what was refused since the last time, at most every few seconds."""
+    def log_news(self, inputs: Mapping[str, JointInput], robots: Iterable[Robot]) -> None:
+        """Log what was refused since the last time, at most every few seconds; and what is new."""
         now = time.monotonic()
+        for robot in robots:
+            self._log_missing(robot, now)
         if now - self._last_log < LOG_PERIOD:
             return
         counts: Counter[str] = Counter()
-        for topic, joint_input in node.inputs.items():
+        for topic, joint_input in inputs.items():
             counts.update({f'{topic}: {reason}': n for reason, n in joint_input.refused.items()})
-        for name, robot in node.robots.items():
-            counts.update({f'{name}: {reason}': n for reason, n in _faults(robot).items()})
+        for robot in robots:
+            counts.update({f'{robot.name}: {reason}': n for reason, n in _faults(robot).items()})
         news = counts - self._logged
         if news:
-            node.get_logger().warning('refused messages: ' + ', '.join(
+            self._node.get_logger().warning('refused messages: ' + ', '.join(
                 f'{what} ({n} times)' for what, n in sorted(news.items())))
             self._last_log = now
         self._logged = counts
 
-    def _of_node(self, node: KinematicStatePublisher) -> DiagnosticStatus:
-        level, message = OK, node.state
-        values: dict[str, Any] = {'state': node.state, 'robots': ', '.join(node.robots)}
-        for topic, joint_input in node.inputs.items():
+    def _log_missing(self, robot: Robot, now: float) -> None:
+        """Log once that messages come and joints are missing, when that lasts."""
+        if robot.pipeline is None or not robot.account.received or not robot.pipeline.missing():
+            self._incomplete.pop(robot.name, None)
+            return
+        since = self._incomplete.setdefault(robot.name, now)
+        if now - since >= LOG_PERIOD:
+            self._incomplete[robot.name] = float('inf')
+            self._node.get_logger().warning(f'{robot.name}: {robot.pipeline.describe_missing()}')
+
+    def _of_node(self, state: str, inputs: Mapping[str, JointInput], robots: list[str],
+                 faults: Sequence[str], failure: ScrewKinematicsError | None,
+                 ) -> DiagnosticStatus:
+        level, message = OK, state
+        values: dict[str, Any] = {'state': state, 'robots': ', '.join(robots)}
+        for topic, joint_input in inputs.items():
             values[f'{topic} publishers'] = joint_input.publishers
             values[f'{topic} received'] = joint_input.received
             values[f'{topic} without stamp'] = joint_input.unstamped
@@ -69,80 +118,120 @@ class Diagnostics:
                 values[f'{topic} refused {reason}'] = n
             refused = joint_input.refused.total()
             if refused > self._unreadable.get(topic, 0):
-                level, message = WARN, f'unreadable messages on {topic}: {joint_input.last_error}'
+                level, message = WARN, f'messages refused on {topic}: {joint_input.last_error}'
             self._unreadable[topic] = refused
-        if node.unknown_parameters:
-            level, message = WARN, '; '.join(node.unknown_parameters)
-        if node.failure is not None:
-            level, message = ERROR, str(node.failure)
-        return _status(node, 'node', level, message, values)
+        if faults:
+            level, message = WARN, '; '.join(faults)
+        if failure is not None:
+            level, message = ERROR, str(failure)
+        return self._status('node', level, message, values)
 
-    def _of_robot(self, node: KinematicStatePublisher, robot: Robot) -> DiagnosticStatus:
-        account, pipeline = robot.account, robot.pipeline
-        faults = _faults(robot).total()
-        now = time.monotonic()
-        then, received, outputs, faults_before = self._since.get(
-            robot.name, (now, account.received, account.outputs, faults))
-        self._since[robot.name] = (now, account.received, account.outputs, faults)
-        period = max(now - then, 1e-9)
-        new, new_faults = account.received - received, faults - faults_before
-        values: dict[str, Any] = {
-            'input rate [Hz]': round(new / period, 2),
-            'output rate [Hz]': round((account.outputs - outputs) / period, 2),
-            'received': account.received,
-            'used': account.used,
-            'refused': account.refused.total()}
-        values |= {f'refused {reason}': n for reason, n in account.refused.items()}
-        values |= {f'used {reason}': n for reason, n in account.waiting.items()}
-        values['outputs listened to'] = ', '.join(robot.topics.wanted)
-        doubts: list[str] = []
-        missing: list[str] = []
-        if pipeline is not None:
-            missing = pipeline.missing()
-            values['model'] = repr(robot.model)
-            values['joints missing'] = ', '.join(missing)
-            age = node.get_clock().now().nanoseconds - pipeline.stamp_ns
-            values['age of last output [s]'] = (
-                round(age * 1e-9, 4) if pipeline.stamp_ns else 'none yet')
-            values |= _estimation(robot)
-            values |= robot.posture_report()
-            doubts = pipeline.doubts()
-            values['doubts'] = '; '.join(doubts)
-
-        if robot.model_error:
-            level = ERROR if robot.model is None else WARN
-            message = robot.model_error
-        elif pipeline is None:
-            level = WARN
-            message = f'waiting for a description on {robot.settings.description_topic!r}'
-        elif node.state != 'active':
-            level, message = OK, f'{node.state}: not listening'
-        elif missing:
-            nothing = len(missing) == len(pipeline.joint_names)
-            level = STALE if nothing else WARN
-            message = f'no joint states of {", ".join(missing)}'
-        elif 0 < new <= new_faults:
-            level, message = ERROR, f'every message is refused: {_most_frequent(robot)}'
-        elif new_faults > 0:
-            level, message = WARN, f'{new_faults} messages refused: {_most_frequent(robot)}'
-        else:   # doubts are no fault: the estimator has already acted on them
-            level = OK
-            message = '; '.join(['running', *doubts]) if robot.topics.wanted else (
-                'ready; nobody listens')
+    def _of_robot(self, now: Time, state: str, robot: Robot) -> DiagnosticStatus:
+        counts = _Counts(robot)
+        since = self._reported.get(robot.name, counts)
+        self._reported[robot.name] = counts
+        level, message = _judgement(robot, state, counts, since, _age(now, robot))
         # As its topics are named, so that robots of different namespaces differ.
-        hardware = f'{node.get_namespace()}/{robot.name}'.lstrip('/')
-        return _status(node, robot.name, level, message, values, hardware)
+        hardware = f'{self._node.get_namespace()}/{robot.name}'.lstrip('/')
+        return self._status(robot.name, level, message, _values(now, robot, counts, since),
+                            hardware)
+
+    def _status(self, part: str, level: bytes, message: str, values: Mapping[str, Any],
+                hardware: str = 'none') -> DiagnosticStatus:
+        return DiagnosticStatus(
+            level=level, name=f'{self._node.get_fully_qualified_name()}: {part}',
+            message=message, hardware_id=hardware,
+            values=[KeyValue(key=key, value=str(value)) for key, value in values.items()])
 
 
-def _faults(robot: Robot) -> Counter[str]:
+class _Counts:
+    """Counts of a robot at one time."""
+
+    def __init__(self, robot: Robot) -> None:
+        account = robot.account
+        self.time = time.monotonic()
+        self.received, self.outputs = account.received, account.outputs
+        self.faults = _faults(robot).total()
+        self.used_later = account.used_later.total()
+
+
+def _values(now: Time, robot: Robot, counts: _Counts, since: _Counts) -> dict[str, Any]:
+    """Return what is reported of a robot, by name."""
+    account, pipeline = robot.account, robot.pipeline
+    period = max(counts.time - since.time, 1e-9)
+    values: dict[str, Any] = {
+        'input rate [Hz]': round((counts.received - since.received) / period, 2),
+        'output rate [Hz]': round((counts.outputs - since.outputs) / period, 2),
+        'received': account.received,
+        'used': account.used,
+        'refused': account.refused.total()}
+    values |= {f'refused {reason}': n for reason, n in account.refused.items()}
+    values |= {f'used {reason}': n for reason, n in account.used_later.items()}
+    values['outputs listened to'] = ', '.join(robot.publishers.wanted)
+    if pipeline is None:
+        return values
+    values['model'] = repr(robot.model)
+    values['joints missing'] = listed(pipeline.missing())
+    age = _age(now, robot)
+    values['age of last output [s]'] = 'none yet' if age is None else round(age, 4)
+    values |= _estimation(robot)
+    values |= robot.posture_report()
+    values['doubts'] = '; '.join(pipeline.doubts())
+    return values
+
+
+def _judgement(robot: Robot, state: str, counts: _Counts, since: _Counts,
+               age: float | None) -> tuple[bytes, str]:
+    """Return level and message of a robot: what is worst."""
+    pipeline = robot.pipeline
+    new, outputs = counts.received - since.received, counts.outputs - since.outputs
+    new_faults = counts.faults - since.faults
+    if robot.model_error:
+        return (ERROR if robot.model is None else WARN), robot.model_error
+    if pipeline is None:
+        return WARN, f'waiting for a description on {robot.settings.description_topic!r}'
+    if state != 'active':
+        return OK, f'{state}: not listening'
+    if 0 < new <= new_faults:
+        return ERROR, f'every message is refused: {_most_frequent(robot)}'
+    missing = pipeline.missing()
+    if missing:
+        nothing = len(missing) == len(pipeline.joint_names)
+        return (STALE if nothing else WARN), pipeline.describe_missing()
+    if new_faults > 0:
+        return WARN, f'{new_faults} messages refused: {_most_frequent(robot)}'
+    if not robot.publishers.wanted:
+        return OK, 'ready; nobody listens'
+    doubts = pipeline.doubts()
+    if new and not outputs:
+        return (WARN if doubts else OK), '; '.join(
+            [f'no output: {_most_frequent_use(robot)}', *doubts])
+    if outputs and age is not None and abs(age) > FOREIGN_AGE + robot.settings.motion.delay:
+        return WARN, (f'stamps are not of this clock: {abs(age):.6g} s '
+                      f'{"old" if age > 0 else "ahead"}; is use_sim_time as it should be?')
+    # Doubts are no fault: the estimator has already acted on them.
+    return OK, '; '.join(['running', *doubts])
+
+
+def _age(now: Time, robot: Robot) -> float | None:
+    """Return how old the latest output is by the node's clock [s]; None if there is none."""
+    return (now.nanoseconds - robot.stamp_ns) * 1e-9 if robot.stamp_ns else None
+
+
+def _faults(robot: Robot) -> Counter[Reason]:
     return Counter({reason: n for reason, n in robot.account.refused.items()
                     if reason not in HARMLESS})
 
 
 def _most_frequent(robot: Robot) -> str:
     reason = _faults(robot).most_common(1)[0][0]
-    error = robot.pipeline.last_error if robot.pipeline is not None else ''
-    return f'{reason} ({error})' if error else reason
+    detail = robot.account.details.get(reason, '')
+    return f'{reason} ({detail})' if detail else str(reason)
+
+
+def _most_frequent_use(robot: Robot) -> str:
+    uses = robot.account.used_later.most_common(1)
+    return str(uses[0][0]) if uses else 'nothing used'
 
 
 def _estimation(robot: Robot) -> dict[str, Any]:
@@ -162,14 +251,3 @@ def _estimation(robot: Robot) -> dict[str, Any]:
         restarts.update(estimator.restarts)
     values |= {f'restarts {reason}': n for reason, n in restarts.items()}
     return values
-
-
-def _status(node: KinematicStatePublisher, part: str, level: bytes, message: str,
-            values: dict[str, Any], hardware: str = 'none') -> DiagnosticStatus:
-    return DiagnosticStatus(
-        level=level, name=f'{node.get_fully_qualified_name()}: {part}', message=message,
-        hardware_id=hardware, values=list(_pairs(values.items())))
-
-
-def _pairs(items: Iterable[tuple[str, Any]]) -> Iterable[KeyValue]:
-    return (KeyValue(key=key, value=str(value)) for key, value in items)

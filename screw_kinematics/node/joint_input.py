@@ -4,23 +4,20 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
+from rclpy.exceptions import InvalidTopicNameException
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.qos_overriding_options import QoSOverridingOptions
+from rclpy.validate_topic_name import validate_topic_name
 from sensor_msgs.msg import JointState
 
 from .foreign_encoding import read_by_middleware
-from ..errors import MalformedMessageError
+from .robot import Robot
+from ..errors import MalformedMessageError, ParameterError, Reason
 from ..messages.joint_state import JointStateDecoder
-
-MALFORMED = 'malformed_message'
-NEGATIVE_STAMP = 'stamp_negative'
-NO_TIME = 'no_stamp_and_no_clock_yet'
-
-Take = Callable[[int, tuple[str, ...], Sequence[float], Sequence[float]], None]
 
 
 def joint_states_qos() -> QoSProfile:
@@ -44,32 +41,34 @@ class JointInput:
     ----------
     node : rclpy.node.Node
     topic : str
-    takes : sequence of callable
+    robots : sequence of Robot
         Get every readable sample.
 
     Attributes
     ----------
     received : int
-    refused : Counter
+    refused : Counter of Reason
         Messages that no robot got, by reason; all others were handed to every robot.
     unstamped : int
         Messages with stamp zero.
+    last_error : str
+        What was wrong with the latest message that was refused.
 
     """
 
-    def __init__(self, node: Node, topic: str, takes: Sequence[Take]) -> None:
+    def __init__(self, node: Node, topic: str, robots: Sequence[Robot]) -> None:
         self._node = node
         self.topic = topic
         self.received = 0
         self.unstamped = 0
-        self.refused: Counter[str] = Counter()
+        self.refused: Counter[Reason] = Counter()
         self.last_error = ''
-        self._takes = tuple(takes)
-        self._now = node.get_clock().now
-        self._decode = JointStateDecoder(read_by_middleware).decode
+        self._robots = tuple(robots)
+        self._clock = node.get_clock()
+        self._decoder = JointStateDecoder(read_by_middleware)
         self._subscription: Any = None
 
-    def listen(self) -> None:
+    def subscribe(self) -> None:
         """
         Begin to listen.
 
@@ -79,7 +78,7 @@ class JointInput:
         """
         if self._subscription is None:
             self._subscription = self._node.create_subscription(
-                JointState, self.topic, self._take, joint_states_qos(), raw=True,
+                JointState, self.topic, self.receive, joint_states_qos(), raw=True,
                 qos_overriding_options=QoSOverridingOptions.with_default_policies())
 
     @property
@@ -87,28 +86,72 @@ class JointInput:
         """Return how many publishers the topic has whose messages can arrive."""
         return 0 if self._subscription is None else self._subscription.get_publisher_count()
 
-    def ignore(self) -> None:
+    def unsubscribe(self) -> None:
         """Listen no more."""
         if self._subscription is not None:
             self._node.destroy_subscription(self._subscription)
             self._subscription = None
 
-    def _take(self, data: bytes) -> None:
+    def receive(self, data: bytes) -> None:
+        """Take a serialized message, and hand what it says to every robot."""
         self.received += 1
         try:
-            stamp_ns, names, position, velocity = self._decode(data)
+            sample = self._decoder.decode(data)
         except MalformedMessageError as error:
-            self.last_error = str(error)
-            self.refused[MALFORMED] += 1
+            self._refuse(Reason.MALFORMED, str(error))
             return
-        if stamp_ns <= 0:
-            if stamp_ns < 0:
-                self.refused[NEGATIVE_STAMP] += 1
+        if sample.stamp_ns <= 0:
+            if sample.stamp_ns < 0:
+                self._refuse(Reason.STAMP_NEGATIVE,
+                             f'a stamp of {sample.stamp_ns * 1e-9:.3f} s')
                 return
             self.unstamped += 1
-            stamp_ns = self._now().nanoseconds
-            if stamp_ns <= 0:
-                self.refused[NO_TIME] += 1
+            now = self._clock.now().nanoseconds
+            if now <= 0:
+                self._refuse(Reason.NO_TIME, 'no stamp, and nothing on /clock yet')
                 return
-        for take in self._takes:
-            take(stamp_ns, names, position, velocity)
+            sample = sample._replace(stamp_ns=now)
+        for robot in self._robots:
+            robot.take(sample)
+
+    def _refuse(self, reason: Reason, error: str) -> None:
+        self.refused[reason] += 1
+        self.last_error = error
+
+
+def by_topic(node: Node, robots: Iterable[Robot], parameter: str,
+             topics: Callable[[Robot], Sequence[str]]) -> dict[str, list[Robot]]:
+    """
+    Return the robots that listen to each topic.
+
+    Parameters
+    ----------
+    node : rclpy.node.Node
+        Whose namespace and remappings apply.
+    robots : iterable of Robot
+        The robots to ask.
+    parameter : str
+        Name of the parameter that holds the topics, without the robot's.
+    topics : callable
+        From a robot to its topics.
+
+    Returns
+    -------
+    dict from str to list of Robot
+        By the full name of the topic.
+
+    Raises
+    ------
+    ParameterError
+        A topic has an invalid name.
+
+    """
+    listeners: dict[str, list[Robot]] = {}
+    for robot in robots:
+        for topic in topics(robot):
+            try:
+                validate_topic_name(topic)
+            except InvalidTopicNameException:
+                raise ParameterError(f'{robot.name}.{parameter}', topic, 'a topic name') from None
+            listeners.setdefault(node.resolve_topic_name(topic), []).append(robot)
+    return listeners

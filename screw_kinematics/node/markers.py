@@ -3,7 +3,7 @@
 """Pictures for RViz and Foxglove: arrows at the tip, and the instantaneous screw axis."""
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 import math
 from typing import Any
 
@@ -13,7 +13,12 @@ import numpy as np
 from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker, MarkerArray
 
+from ..pipeline.kinematics import State
+from ..pipeline.message_writers import Slices
+from ..pipeline.outputs import KINDS
+from ..pipeline.settings import RobotSettings
 from ..screws.body_state import BodyState
+from ..screws.rigid import pose_from_row
 from ..screws.screw import screw_of_twist
 from ..screws.se3 import Array
 
@@ -39,7 +44,7 @@ _COLORS = {
     'screw_axis': (0.9, 0.9, 0.1), 'pitch': (1.0, 1.0, 1.0)}
 
 
-class MarkerSender:
+class MarkerPublisher:
     """
     Publishes the markers of one robot, at a bounded rate.
 
@@ -47,33 +52,36 @@ class MarkerSender:
     ----------
     publish : callable
         Takes a MarkerArray.
-    state : callable
-        From the values of the program to the state of the tip.
+    slices : mapping from str to slice
+        Where the program's outputs are among the values of a state.
+    settings : RobotSettings
+        Axes and reference point of the program, rate and lifetime of the markers.
     frame_id : str
         Name of the base frame in messages.
-    rate : float
-        Highest rate [Hz].
-    lifetime : float
-        Viewers drop the markers after this time without new ones [s].
 
     """
 
-    def __init__(self, publish: Callable[[MarkerArray], None],
-                 state: Callable[[Sequence[float]], BodyState], frame_id: str, rate: float,
-                 lifetime: float) -> None:
+    order = KINDS['markers'].order
+
+    def __init__(self, publish: Callable[[MarkerArray], None], slices: Slices,
+                 settings: RobotSettings, frame_id: str) -> None:
         self._publish = publish
-        self._state = state
+        self._slices = [slices[need] for need in KINDS['markers'].needs]
+        self._axes, self._pole = settings.expressed_in, settings.reference_point
         self._frame_id = frame_id
-        self._period_ns = round(SECOND / rate)
+        self._period_ns = round(SECOND / settings.markers_rate)
+        # Viewers drop the markers after this time without new ones.
+        lifetime = settings.stale_timeout
         self._lifetime = Duration(sec=int(lifetime), nanosec=int(lifetime % 1 * SECOND))
         self._last_ns = -self._period_ns
 
-    def send(self, stamp_ns: int, values: Sequence[float]) -> None:
+    def publish(self, state: State) -> None:
         """Publish the markers of this instant, unless the last ones are too fresh."""
+        stamp_ns = state.stamp_ns
         if 0 <= stamp_ns - self._last_ns < self._period_ns:
             return
         self._last_ns = stamp_ns
-        markers = markers_of_state(self._state(values))
+        markers = markers_of_state(self._body(state))
         for marker in markers:
             marker.header.frame_id = self._frame_id
             marker.header.stamp = Time(sec=stamp_ns // SECOND, nanosec=stamp_ns % SECOND)
@@ -85,6 +93,13 @@ class MarkerSender:
         marker = Marker(action=Marker.DELETEALL)
         marker.header.frame_id = self._frame_id
         self._publish(MarkerArray(markers=[marker]))
+
+    def _body(self, state: State) -> BodyState:
+        """Return the motion of the tip."""
+        row, twist, accel = (np.array(state.values[part]) for part in self._slices)
+        pose = pose_from_row(row)
+        return BodyState(pose, (twist, accel), pose[:3, 3] if self._pole == 'tip' else np.zeros(3),
+                         pole=self._pole, axes=self._axes)
 
 
 def markers_of_state(state: BodyState) -> list[Marker]:

@@ -18,12 +18,11 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 from std_msgs.msg import String
 
 from .diagnostics import Diagnostics
-from .grouping import by_topic
-from .joint_input import JointInput
+from .joint_input import by_topic, JointInput
 from .parameters import as_values, NodeParameters
 from .requests import answer_always
 from .robot import Robot
-from .worker import Background
+from .worker import Worker
 from ..errors import ParameterError, ScrewKinematicsError
 
 HOUSEKEEPING_PERIOD = 0.1
@@ -62,10 +61,10 @@ class KinematicStatePublisher(LifecycleNode):
         self.unknown_parameters: list[str] = []
         self.state = 'unconfigured'
         self._descriptions: list[Any] = []
-        self._background = Background()
+        self._worker = Worker()
         self._plans: dict[str, tuple[Any, Any]] = {}
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
-        self._diagnostics = Diagnostics()
+        self._diagnostics = Diagnostics(self)
         try:
             self._start()
         except ScrewKinematicsError:
@@ -105,11 +104,11 @@ class KinematicStatePublisher(LifecycleNode):
 
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Begin to listen to joint states."""
-        return self._attempt(self._listen, self._ignore, 'active')
+        return self._attempt(self._subscribe, self._unsubscribe, 'active')
 
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Listen to joint states no more."""
-        self._ignore()
+        self._unsubscribe()
         for robot in self.robots.values():
             robot.reset()
         self.state = 'inactive'
@@ -129,7 +128,7 @@ class KinematicStatePublisher(LifecycleNode):
 
     def destroy_node(self) -> None:
         """Stop the background work too."""
-        self._background.close()
+        self._worker.close()
         super().destroy_node()
 
     def _possible_transitions(self) -> list[tuple[int, str]]:
@@ -160,15 +159,15 @@ class KinematicStatePublisher(LifecycleNode):
             self._settings.declare_robot(name)
         every = [self._settings.robot_settings(name) for name in settings.robots]
         for robot_settings in every:
-            robot = Robot(self, robot_settings, self._background)
+            robot = Robot(self, robot_settings, self._worker)
             self.robots[robot.name] = robot
             if robot_settings.description:
-                robot.load_given()
+                robot.load_from_parameter()
         robots = self.robots.values()
         for topic, listeners in by_topic(
                 self, robots, 'joint_states_topic',
                 lambda r: r.settings.joint_states_topic).items():
-            self.inputs[topic] = JointInput(self, topic, [robot.take for robot in listeners])
+            self.inputs[topic] = JointInput(self, topic, listeners)
         undescribed = [r for r in robots if not r.settings.description]
         for topic, listeners in by_topic(
                 self, undescribed, 'description_topic',
@@ -181,41 +180,47 @@ class KinematicStatePublisher(LifecycleNode):
                 f'waiting for a description on {robot.settings.description_topic!r}'
                 if robot.model is None else repr(robot.model)))
 
-    def _listen(self) -> None:
+    def _subscribe(self) -> None:
         for joint_input in self.inputs.values():
-            joint_input.listen()
+            joint_input.subscribe()
         # Only now all parameters exist, those of the subscriptions' quality of service too.
         self.unknown_parameters = self._settings.unknown()
         for sentence in self.unknown_parameters:
             self.get_logger().warning(sentence)
 
-    def _ignore(self) -> None:
+    def _unsubscribe(self) -> None:
         for joint_input in self.inputs.values():
-            joint_input.ignore()
+            joint_input.unsubscribe()
 
     def _clean_up(self) -> None:
         for subscription in self._descriptions:
             self.destroy_subscription(subscription)
         self._descriptions.clear()
-        self._ignore()
+        self._unsubscribe()
         self.inputs.clear()
         for robot in self.robots.values():
             robot.close()
         self.robots.clear()
         # The robots of the next configuration count from zero.
-        self._diagnostics = Diagnostics()
+        self._diagnostics = Diagnostics(self)
 
     # At low rate
 
     def _keep_house(self) -> None:
-        self._background.collect()
+        self._worker.collect()
         now = self.get_clock().now().nanoseconds * 1e-9
         for robot in self.robots.values():
-            robot.look_around(now)
-        self._diagnostics.log_refusals(self)
+            robot.update_demand(now)
+        self._diagnostics.log_news(self.inputs, self.robots.values())
 
     def _publish_diagnostics(self) -> None:
-        self._report.publish(self._diagnostics.report(self))
+        self._report.publish(self.report())
+
+    def report(self) -> DiagnosticArray:
+        """Return the message for /diagnostics."""
+        return self._diagnostics.report(
+            self.get_clock().now(), self.state, self.inputs, self.robots.values(),
+            self.unknown_parameters, self.failure)
 
     def _set_report_rate(self, rate: float) -> None:
         if rate > 0:
@@ -240,7 +245,7 @@ class KinematicStatePublisher(LifecycleNode):
             for name, robot in self.robots.items():
                 if any(changed.startswith(f'{name}.') for changed in values):
                     settings = self._settings.robot_settings(name, values)
-                    self._plans[name] = settings, robot.prepare(settings)
+                    self._plans[name] = settings, robot.plan(settings)
         except ScrewKinematicsError as error:
             return SetParametersResult(successful=False, reason=str(error))
         return SetParametersResult(successful=True)
@@ -252,11 +257,11 @@ class KinematicStatePublisher(LifecycleNode):
                 self._settings.declare_robot(name)
         plans, self._plans = self._plans, {}
         for name, (settings, model) in plans.items():
-            self.robots[name].apply(settings, model)
+            self.robots[name].carry_out(settings, model)
         if 'diagnostics_rate' in changed:
             self._set_report_rate(self._settings.node_settings().diagnostics_rate)
 
 
 def _described(robots: list[Robot], message: String) -> None:
     for robot in robots:
-        robot.load_text(message.data)
+        robot.load_from_topic(message.data)

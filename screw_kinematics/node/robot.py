@@ -3,22 +3,20 @@
 """One robot of the node: its model, its pipeline, and its topics."""
 from __future__ import annotations
 
-from collections.abc import Sequence
 from functools import partial
 from typing import Any
 
 from rclpy.node import Node
 
-from .publishers import RobotTopics
-from .worker import Background
-from ..errors import ModelError, ScrewKinematicsError
+from .publishers import Publishers
+from .worker import Worker
+from ..errors import ModelError, Reason, ScrewKinematicsError
+from ..messages.joint_state import JointSample
 from ..pipeline.account import Account
+from ..pipeline.kinematics import Kinematics
 from ..pipeline.robot_model import build_model, check_outputs, continuous_joints
 from ..pipeline.robot_pipeline import RobotPipeline
 from ..pipeline.settings import RobotSettings
-
-NO_MODEL = 'no_model_yet'
-INTERNAL_ERROR = 'internal_error'
 
 
 class Robot:
@@ -26,60 +24,61 @@ class Robot:
     A robot of the node.
 
     Only what somebody listens to is computed: the program for that set of outputs is
-    compiled in the background when the set changes, and used from then on.
+    compiled beside the messages when the set changes, and used from then on.
 
     Parameters
     ----------
     node : rclpy.node.Node
         Publishers are created on it.
     settings : RobotSettings
-    background : Background
+    worker : Worker
+
+    Attributes
+    ----------
+    stamp_ns : int
+        The instant of the latest state [ns]; 0 before the first.
 
     """
 
-    def __init__(self, node: Node, settings: RobotSettings, background: Background) -> None:
+    def __init__(self, node: Node, settings: RobotSettings, worker: Worker) -> None:
         self._log = node.get_logger()
-        self._background = background
+        self._worker = worker
         self.settings = settings
         self.account = Account()
         self.model: Any = None
         self.model_error = ''
         self.pipeline: RobotPipeline | None = None
-        self.topics = RobotTopics(node)
-        self.topics.offer(settings)
+        self.publishers = Publishers(node)
+        self.publishers.advertise(settings)
+        self.stamp_ns = 0
         self._description: str | None = None
         self._programs: dict[tuple[str, ...], Any] = {}
-        self._last_program: Any = None
-        # Results of background work count only if nothing newer was begun.
-        self._latest_load = self._latest_compilation = 0
+        self._program: Any = None
 
     @property
     def name(self) -> str:
         """Name of the robot."""
         return self.settings.name
 
-    def take(self, stamp_ns: int, names: tuple[str, ...], position: Sequence[float],
-             velocity: Sequence[float]) -> None:
-        """Take a joint sample, and publish what it leads to."""
+    def take(self, sample: JointSample) -> None:
+        """Take a joint sample, and publish the state it leads to."""
         pipeline = self.pipeline
         if pipeline is None:
-            self.account.received += 1
-            self.account.refused[NO_MODEL] += 1
+            self.account.close(Reason.NO_MODEL)
             return
-        values = None
+        state = None
         try:
-            values = pipeline.take(stamp_ns, names, position, velocity)
-            if values is not None:
-                for send in self.topics.sends:
-                    send(pipeline.stamp_ns, values)
+            state = pipeline.take(sample)
+            if not isinstance(state, Reason):
+                self.publishers.publish(state)
+                self.stamp_ns = state.stamp_ns
         except Exception as error:      # a fault of one robot must not end the others
-            if values is None:
-                self.account.refused[INTERNAL_ERROR] += 1
-            pipeline.last_error = repr(error)
+            if state is None:
+                self.account.close(Reason.INTERNAL_ERROR, repr(error))
             pipeline.reset()            # what was half done is not to be built on
             self._log.error(f'{self.name}: {error!r}', throttle_duration_sec=5.0)
 
-    def load_given(self) -> None:
+    def load_from_parameter(self) -> None:
         """Load the model of the ``description`` parameter; raise ScrewKinematicsError."""
         try:
             model = build_model(self.settings)
@@ -87,29 +86,26 @@ class Robot:
             raise ModelError(f'robot {self.name!r}', error.args[0]) from None
         self._set_model(model)
 
-    def load_text(self, text: str) -> None:
+    def load_from_topic(self, text: str) -> None:
         """Load a URDF text beside the stream of messages; keep the old model if it fails."""
-        self._latest_load += 1
-        number, settings = self._latest_load, self.settings
+        settings = self.settings
 
         def done(model: Any) -> None:
-            if number != self._latest_load:
-                return
             if settings is not self.settings:   # they have changed meanwhile
-                self.load_text(text)
-            else:
-                self._description = text
-                self._set_model(model)
-                self._log.info(f'{self.name}: {model!r}')
+                self.load_from_topic(text)
+                return
+            self._description = text
+            self._set_model(model)
+            self._log.info(f'{self.name}: {model!r}')
 
         def failed(error: ScrewKinematicsError) -> None:
             self.model_error = str(error)
             kept = 'the old model stays' if self.model is not None else 'waiting for another one'
             self._log.error(f'{self.name}: {error}; {kept}')
 
-        self._background.submit(partial(build_model, settings, text), done, failed)
+        self._worker.submit((self, 'model'), partial(build_model, settings, text), done, failed)
 
-    def prepare(self, settings: RobotSettings) -> Any:
+    def plan(self, settings: RobotSettings) -> Any:
         """Return the model that these settings ask for; raise ScrewKinematicsError."""
         old = self.settings
         same = (old.base_frame, old.tip_frame, old.tool_offset) == (
@@ -121,11 +117,11 @@ class Robot:
             return self.model
         return build_model(settings, self._description)
 
-    def apply(self, settings: RobotSettings, model: Any) -> None:
-        """Go over to other settings, with the model that :meth:`prepare` returned."""
+    def carry_out(self, settings: RobotSettings, model: Any) -> None:
+        """Go over to other settings, with the model that :meth:`plan` returned."""
         old, self.settings = self.settings, settings
-        self.topics.offer(settings)
-        if self.pipeline is None:
+        self.publishers.advertise(settings)
+        if self.model is None:
             return
         if model is not self.model:
             self._set_model(model)
@@ -133,7 +129,7 @@ class Robot:
             self._programs.clear()
             self._compile()
 
-    def look_around(self, now: float) -> None:
+    def update_demand(self, now: float) -> None:
         """
         See who listens, and which joints come no more.
 
@@ -143,82 +139,77 @@ class Robot:
             Time by the node's clock, which may stand still [s].
 
         """
-        if self.topics.check_demand():
+        if self.publishers.update_demand():
             self._compile()
-        if self.pipeline is not None and self.pipeline.release_silent(
+        if self.pipeline is not None and self.pipeline.release_stale(
                 now, self.settings.stale_timeout):
-            self.topics.clear_markers()
+            self.publishers.clear_markers()
 
     def posture_report(self) -> dict[str, Any]:
         """Return what the program in use says about the robot's last posture, if anything."""
-        report = getattr(self._programs.get(self.topics.needs), 'report', dict)
-        return dict(report())
+        return dict(getattr(self._program, 'report', dict)())
 
     def reset(self) -> None:
         """Forget the samples so far, as after a jump of the clock."""
-        self.topics.clear_markers()
+        self.publishers.clear_markers()
         if self.pipeline is not None:
             self.pipeline.reset()
 
     def close(self) -> None:
         """Remove the topics."""
-        self._latest_load += 1
-        self._latest_compilation += 1
-        self.topics.close()
+        for what in ('model', 'program'):
+            self._worker.cancel((self, what))
+        self.publishers.close()
 
     def _set_model(self, model: Any) -> None:
         """Use this model from now on; joint motion goes on if the joints are the same."""
-        same = self.model is not None and (
-            model.joint_names == self.model.joint_names
-            and continuous_joints(model) == continuous_joints(self.model))
         self.model = model
         self.model_error = ''
         for warning in model.warnings:
             self._log.warning(f'{self.name}: {warning}')
-        if not same:
-            self.topics.use_only(())
-            self.pipeline = RobotPipeline(
-                model.joint_names, self.settings.motion, continuous_joints(model),
-                self.settings.stale_timeout, self.account)
         self._programs.clear()
+        if self.pipeline is None or (self.pipeline.joint_names, self.pipeline.continuous) != (
+                model.joint_names, continuous_joints(model)):
+            self.publishers.deactivate()
+            self._renew_pipeline()
         self._compile()
+
+    def _renew_pipeline(self) -> RobotPipeline:
+        """Return the pipeline that model and settings ask for; the same one if it is that."""
+        wanted = (self.model.joint_names, self.settings.motion, continuous_joints(self.model),
+                  self.settings.stale_timeout)
+        if self.pipeline is None or self.pipeline.configuration != wanted:
+            self.pipeline = RobotPipeline(*wanted, self.account)
+        return self.pipeline
 
     def _compile(self) -> None:
         """Use the program for what is wanted now; make it first if there is none yet."""
         if self.model is None:
             return
-        self._latest_compilation += 1
-        number, needs = self._latest_compilation, self.topics.needs
-        if not needs or needs in self._programs:
-            self._use(needs)
-            return
-
-        model, settings = self.model, self.settings
-
-        def make() -> Any:
-            return model.compile(needs, axes=settings.expressed_in,
-                                 pole=settings.reference_point)
-
-        def done(program: Any) -> None:
-            if number == self._latest_compilation:
-                self._programs[needs] = program
-                self._use(needs)
-
-        def failed(error: ScrewKinematicsError) -> None:
-            self._log.error(f'{self.name}: {error}')
-
-        self._background.submit(make, done, failed)
-
-    def _use(self, needs: tuple[str, ...]) -> None:
-        assert self.pipeline is not None
-        self.pipeline.configure(self.settings.motion, self.settings.stale_timeout)
+        self._worker.cancel((self, 'program'))
+        needs = self.publishers.needs
         if not needs:
-            self.topics.use_only(())
-            self.pipeline.want(None)
-            return
-        program = self._programs[needs]
-        if self._last_program is not None:      # postures of parallel robots go on
-            program.continue_from(self._last_program)
-        self._last_program = program
-        self.pipeline.want(program, covariance=self.topics.needs_variances)
-        self.topics.use(program.slices, self.model, self.settings, self.pipeline.variances)
+            self.publishers.deactivate()
+            self._renew_pipeline().activate(None)
+        elif needs in self._programs:
+            self._activate(self._programs[needs])
+        else:
+            self._worker.submit(
+                (self, 'program'),
+                partial(self.model.compile, needs, axes=self.settings.expressed_in,
+                        pole=self.settings.reference_point),
+                partial(self._compiled, needs),
+                lambda error: self._log.error(f'{self.name}: {error}'))
+
+    def _compiled(self, needs: tuple[str, ...], program: Any) -> None:
+        self._programs[needs] = program
+        self._activate(program)
+
+    def _activate(self, program: Any) -> None:
+        """Publish what this program computes from the next sample on."""
+        if self._program is not None:       # postures of parallel robots go on
+            program.continue_from(self._program)
+        self._program = program
+        kinematics = Kinematics(program, self.publishers.covariance)
+        self._renew_pipeline().activate(kinematics)
+        self.publishers.activate(kinematics, self.model, self.settings)

@@ -3,91 +3,101 @@
 """Slow work beside the stream of messages: reading models, compiling programs."""
 from __future__ import annotations
 
-from collections.abc import Callable
-from functools import partial
-from itertools import count
-from queue import Empty, PriorityQueue, SimpleQueue
-from threading import Thread
-from typing import Any
+from collections.abc import Callable, Hashable
+from queue import SimpleQueue
+from threading import Lock, Thread
+from typing import Any, NamedTuple
 
 from ..errors import ScrewKinematicsError
 
-Work = Callable[[], Any]
-Done = Callable[[Any], None]
-Failed = Callable[[ScrewKinematicsError], None]
-
-_NOW, _LATER, _LAST = range(3)
-_Waiting = PriorityQueue[tuple[int, int, tuple[Work, Done, Failed] | None]]
-_Finished = SimpleQueue[Callable[[], None]]
+THREADS = 4
+"""How much work is done at a time; so much that takes for ever does not hold up the rest."""
 
 
-class Background:
+class Job(NamedTuple):
+    """Some work, and where its result or its error go."""
+
+    key: Hashable
+    work: Callable[[], Any]
+    done: Callable[[Any], None]
+    failed: Callable[[ScrewKinematicsError], None]
+
+
+class Worker:
     """
-    Runs work in one other thread, and hands the results over where it is told to.
+    Runs work in other threads, and hands the results over where it is told to.
 
     The work must not touch what the node uses; what it returns takes effect only in
-    :meth:`collect`, which the node's own thread calls. The end of the process does not wait
-    for it: compiling may take seconds.
-
-    Attributes
-    ----------
-    pending : int
-        How much work has not been handed over yet.
-
+    :meth:`collect`, which the node's own thread calls. Of works with one key only the newest
+    counts: an older one is let go. The end of the process does not wait for any: compiling may
+    take seconds.
     """
 
     def __init__(self) -> None:
-        self.pending = 0
-        self._numbers = count()
-        self._waiting: _Waiting = PriorityQueue()
-        self._finished: _Finished = SimpleQueue()
-        # A pool of threads would be waited for.
-        Thread(target=_run, args=(self._waiting, self._finished), name='compile',
-               daemon=True).start()
+        self._lock = Lock()
+        self._running = 0
+        self._waiting: list[Job] = []
+        self._newest: dict[Hashable, Job] = {}
+        self._finished: SimpleQueue[tuple[Job, Callable[..., None], Any]] = SimpleQueue()
 
-    def submit(self, work: Work, done: Done, failed: Failed, urgent: bool = True) -> None:
+    @property
+    def pending(self) -> int:
+        """How much work has not been handed over yet."""
+        return len(self._newest)
+
+    def submit(self, key: Hashable, work: Callable[[], Any], done: Callable[[Any], None],
+               failed: Callable[[ScrewKinematicsError], None]) -> None:
         """
         Begin some work.
 
         Parameters
         ----------
+        key : hashable
+            What it is for: it takes the place of earlier work for the same.
         work : callable
-            Runs in the other thread.
+            Runs in another thread.
         done, failed : callable
-            Run in :meth:`collect`, with the result or with the error.
-        urgent : bool
-            Whether to do it before all that is not; else in the order of submission.
+            One of them runs in :meth:`collect`, with the result or with the error.
 
         """
-        self.pending += 1
-        self._waiting.put((_NOW if urgent else _LATER, next(self._numbers),
-                           (work, done, failed)))
+        job = self._newest[key] = Job(key, work, done, failed)
+        with self._lock:
+            self._waiting.append(job)
+            if self._running == THREADS:
+                return
+            self._running += 1
+        # A pool of threads would be waited for.
+        Thread(target=self._work, name='worker', daemon=True).start()
+
+    def cancel(self, key: Hashable) -> None:
+        """Let go the work for this, if there is any."""
+        self._newest.pop(key, None)
 
     def collect(self) -> None:
         """Hand over the results that are there, in the order in which the work was done."""
         while not self._finished.empty():
-            hand_over = self._finished.get()
-            self.pending -= 1
-            hand_over()
+            job, hand_over, result = self._finished.get()
+            if self._newest.get(job.key) is job:
+                del self._newest[job.key]
+                hand_over(result)
 
     def close(self) -> None:
-        """Drop all work that has not begun, and all results."""
+        """Let go all work."""
+        self._newest.clear()
+
+    def _work(self) -> None:
         while True:
+            with self._lock:
+                if not self._waiting:
+                    self._running -= 1
+                    return
+                job = self._waiting.pop()       # the newest first
+            if self._newest.get(job.key) is not job:
+                continue
             try:
-                self._waiting.get_nowait()
-            except Empty:
-                break
-        self._waiting.put((_LAST, 0, None))
-        self._finished = SimpleQueue()
-        self.pending = 0
-
-
-def _run(waiting: _Waiting, finished: _Finished) -> None:
-    while (job := waiting.get()[2]) is not None:
-        work, done, failed = job
-        try:
-            finished.put(partial(done, work()))
-        except ScrewKinematicsError as error:
-            finished.put(partial(failed, error))
-        except Exception as error:      # of a stranger's description, it must not end the node
-            finished.put(partial(failed, ScrewKinematicsError(f'{type(error).__name__}: {error}')))
+                self._finished.put((job, job.done, job.work()))
+            except ScrewKinematicsError as error:
+                self._finished.put((job, job.failed, error))
+            except Exception as error:      # of a stranger's description, it must not end the node
+                self._finished.put((job, job.failed, ScrewKinematicsError(
+                    f'{type(error).__name__}: {error}')))

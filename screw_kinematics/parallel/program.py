@@ -12,7 +12,7 @@ import numpy as np
 from .closed_posture import ClosedPosture, posture_of
 from .limbs import Limbs
 from .loop_closure import close_loops
-from .posture_tracker import PostureTracker
+from .posture_tracker import Stream
 from ..errors import ClosureError, InvalidValueError
 from ..programs.instructions import StraightLine
 from ..programs.program import Program
@@ -73,34 +73,19 @@ class ParallelProgram(Program):
                             manipulator.characteristic_length)
         self._home = manipulator.home
         self._closed = manipulator.closure_tolerance
-        self._tracker = PostureTracker(self._limbs, self._home, self._closed, order,
-                                       'jacobian' in outputs)
+        self._stream = Stream(self._limbs, self._home, self._closed, order,
+                              'jacobian' in outputs)
         self.evaluate = self._evaluate
         self.reset()
 
     @property
     def posture(self) -> ClosedPosture:
         """Return the last good posture."""
-        return self._tracker.posture
+        return self._stream.posture
 
     @posture.setter
     def posture(self, posture: ClosedPosture) -> None:
-        self._tracker.posture = posture
-
-    @property
-    def operations(self) -> int:
-        """
-        Return how many operations a sample near the last one takes, two Newton steps in it.
-
-        0 where postures are searched for (:attr:`traced` is False): that takes as it comes.
-        """
-        steps = self._tracker.operations
-        return 0 if steps is None else steps + super().operations
-
-    @property
-    def traced(self) -> bool:
-        """Whether samples near the last one take traced steps, and no search."""
-        return self._tracker.operations is not None
+        self._stream.posture = posture
 
     @property
     def passive_rates(self) -> list[Array]:
@@ -110,7 +95,7 @@ class ParallelProgram(Program):
 
     def reset(self) -> None:
         """Forget the stream: the next sample is found from the home posture."""
-        self._tracker.reset()
+        self._stream.reset()
         self._rates: Sequence[float] = ()
 
     def continue_from(self, before: Program) -> None:
@@ -205,7 +190,7 @@ class ParallelProgram(Program):
             'a parallel manipulator has no source text; its postures are found by iteration')
 
     def _evaluate(self, values: Sequence[float]) -> Sequence[float]:
-        solved = self._tracker.update(values)
+        solved = self._stream.advance(values)
         n = len(self.passive_joint_names)
         self._rates = solved.passive_rates
         numbers = solved.seen

@@ -4,6 +4,11 @@
 from __future__ import annotations
 
 from collections import Counter
+from typing import TypeVar
+
+from ..errors import Reason
+
+Outcome = TypeVar('Outcome')
 
 
 class Account:
@@ -15,28 +20,43 @@ class Account:
     received : int
     outputs : int
         Messages that led to outputs at once.
-    waiting : Counter
+    used_later : Counter of Reason
         Messages that were used otherwise, by what for: merged with later ones, ...
-    refused : Counter
-        Messages that were not used, by reason.
+    refused : Counter of Reason
+        Messages that were not used.
+    details : dict from Reason to str
+        What is to be said beyond a reason, of its latest message.
 
     Examples
     --------
     >>> account = Account()
-    >>> account.received += 1
-    >>> account.refused['position_not_finite'] += 1
-    >>> account.received == account.used + account.refused.total()
-    True
+    >>> [str(account.close(x)) for x in (Reason.NOT_FINITE, Reason.SETTLING, 'a state')]
+    ['position_not_finite', 'estimator_settling', 'a state']
+    >>> account.received, account.used, account.refused.total()
+    (3, 2, 1)
 
     """
 
     def __init__(self) -> None:
         self.received = 0
         self.outputs = 0
-        self.waiting: Counter[str] = Counter()
-        self.refused: Counter[str] = Counter()
+        self.used_later: Counter[Reason] = Counter()
+        self.refused: Counter[Reason] = Counter()
+        self.details: dict[Reason, str] = {}
 
     @property
     def used(self) -> int:
         """How many messages led to outputs, or contribute to later ones."""
-        return self.outputs + self.waiting.total()
+        return self.outputs + self.used_later.total()
+
+    def close(self, outcome: Outcome, detail: str = '') -> Outcome:
+        """Count what a message led to, a reason or a state; return that."""
+        self.received += 1
+        if not isinstance(outcome, Reason):
+            self.outputs += 1
+        elif outcome.used:
+            self.used_later[outcome] += 1
+        else:
+            self.refused[outcome] += 1
+            self.details[outcome] = detail
+        return outcome

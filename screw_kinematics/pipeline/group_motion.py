@@ -1,193 +1,235 @@
 # Copyright screw_kinematics contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The motion of joints that are measured together: from samples to positions and rates."""
+"""
+The motion of joints that are measured together: from readings to positions and rates.
+
+Where the rates come from is decided once, in :func:`make_motion`: each of the classes here is
+one way, and all have the same ``update``.
+"""
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
-from math import hypot
-from typing import Any
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import hypot, nan
+from typing import Protocol
 
 import numpy as np
 
+from .joint_groups import LARGEST, Reading
+from .settings import MotionSettings
 from ..errors import Reason
-from ..motion.estimator import MotionEstimator
-from ..motion.factory import make_estimator
-from ..motion.joint_estimator import JointEstimator
-from ..motion.joint_motion import JointMotion
+from ..motion import JointEstimator, JointMotion, make_estimator, MotionEstimator
 
-VELOCITY_SOURCES = ('auto', 'measured', 'estimated')
+MAX_BACK_NS = 500_000_000
+BACK_PATIENCE = 20
+"""The rule of the estimators: stamps that step back further, or so often, begin anew."""
 
-NO_VELOCITY = 'velocity_not_measured'
-NOT_INCREASING = 'stamp_not_increasing'
-
-LARGEST = 1e9
-"""Beyond this [rad, m, rad/s, m/s] a number is no measurement."""
-
-_MAX_BACK_NS = 500_000_000
-_BACK_PATIENCE = 20
-_SLOPE_SPAN_NS = 20_000_000
+SLOPE_SPAN_NS = 20_000_000
 
 
-@dataclass(frozen=True)
-class MotionSettings:
+@dataclass(slots=True)
+class Motion:
     """
-    How joint motion is obtained from samples.
+    The motion of joints at one instant.
 
-    Parameters
+    Attributes
     ----------
-    velocity_source : {'auto', 'measured', 'estimated'}
-        'auto': the estimator weighs the measured velocity as far as it earns trust;
-        'measured': position and velocity are the measured ones, accelerations are estimated;
-        'estimated': the measured velocity is ignored.
-    estimator : str
-        Kind of estimator, see :func:`make_estimator`.
-    delay : float
-        The motion describes the instant this long before the latest sample [s].
-    options : mapping
-        Further keyword arguments of the estimator.
+    stamp_ns : int
+        The instant [ns].
+    values : sequence of float
+        Positions of all joints [rad, m], then velocities, ... as far as they are known.
+    variances : sequence of float
+        Of positions, velocities, accelerations and jerks, in the same order; NaN where not
+        known. Empty unless asked for.
 
     """
 
-    velocity_source: str = 'auto'
-    estimator: str = 'bank'
-    delay: float = 0.0
-    options: Mapping[str, Any] = field(default_factory=dict)
-
-    def make_estimator(self, continuous: Sequence[bool]) -> JointEstimator:
-        """Return a new estimator for joints of which these are continuous ones."""
-        return make_estimator(self.estimator, len(continuous), delay=self.delay,
-                              continuous=np.array(continuous, bool), **self.options)
+    stamp_ns: int
+    values: Sequence[float]
+    variances: Sequence[float] = ()
 
 
-class GroupMotion:
+class GroupMotion(Protocol):
+    """One way from readings of a group of joints to their motion."""
+
+    @property
+    def estimator(self) -> JointEstimator | None:
+        """Return the estimator at work, if there is one."""
+
+    def update(self, reading: Reading) -> Motion | Reason:
+        """Take a reading; return the motion it leads to, or why there is none."""
+
+    def reset(self) -> None:
+        """Forget all readings."""
+
+
+def make_motion(settings: MotionSettings, continuous: Sequence[bool], order: int,
+                covariance: bool, before: GroupMotion | None = None) -> GroupMotion:
     """
-    Joint motion of one group of joints.
+    Return the motion of a group of joints as the settings ask for it.
 
     Parameters
     ----------
     settings : MotionSettings
+        Where velocities come from, and how they are estimated.
     continuous : sequence of bool
         For each joint whether its position wraps at 2 pi.
     order : int
         Highest derivative that is wanted, 0 to 4.
     covariance : bool
-        Whether the covariance is wanted, which only an estimator knows.
+        Whether variances are wanted, which only an estimator knows.
+    before : GroupMotion, optional
+        Of the same joints and settings: its estimator goes on.
 
     """
+    measured = settings.velocity_source == 'measured'
+    if not covariance and settings.delay == 0 and order <= (1 if measured else 0):
+        return MeasuredMotion(order)
+    estimator = before.estimator if before is not None else None
+    if estimator is None:
+        estimator = make_estimator(
+            settings.estimator, len(continuous), delay=settings.delay,
+            continuous=continuous, **settings.options)
+    if isinstance(estimator, MotionEstimator):
+        estimator.covariance_wanted = covariance
+    motion: GroupMotion
+    if measured and order > 0:
+        motion = MeasuredVelocityMotion(estimator, order, covariance)
+    elif settings.velocity_source == 'estimated':
+        motion = PositionOnlyMotion(estimator, order, covariance)
+    else:
+        motion = EstimatedMotion(estimator, order, covariance)
+    return WithSnap(motion) if order == 4 else motion
 
-    def __init__(self, settings: MotionSettings, continuous: Sequence[bool], order: int = 2,
-                 covariance: bool = False) -> None:
-        self.settings = settings
-        self.estimator: JointEstimator | None = None
-        self.stamp_ns = 0
-        self.refusal: str | None = None
-        self._continuous = tuple(continuous)
-        self._measured = settings.velocity_source == 'measured'
-        self._ignored = settings.velocity_source == 'estimated'
-        self._last_ns: int | None = None
-        self.motion: JointMotion | None = None
-        """The latest estimate; None if there is none."""
-        self._backward = 0
-        self._jerks: deque[tuple[int, Sequence[float]]] = deque()
-        self.want(order, covariance)
 
-    def want(self, order: int, covariance: bool = False) -> None:
-        """Say what is wanted from now on; a running estimator goes on."""
-        self.order = order
-        estimated = self.settings.delay > 0 or covariance or (
-            order > 1 if self._measured else order > 0)
-        if estimated and self.estimator is None:
-            self.estimator = self.settings.make_estimator(self._continuous)
-        if isinstance(self.estimator, MotionEstimator):
-            self.estimator.covariance_wanted = covariance
-        self._estimated = estimated
+class MeasuredMotion:
+    """Positions, and velocities where these are wanted, as they were measured."""
+
+    estimator = None
+
+    def __init__(self, order: int) -> None:
+        self._velocity = order > 0
+        self.reset()
 
     def reset(self) -> None:
-        """Forget all samples."""
-        self._last_ns = None
-        self.motion = None
-        self._jerks.clear()
-        if self.estimator is not None:
-            self.estimator.reset()
-
-    def update(self, stamp_ns: int, position: Sequence[float],
-               velocity: Sequence[float] | None) -> Sequence[float] | None:
-        """
-        Take a sample; return the motion it leads to.
-
-        Parameters
-        ----------
-        stamp_ns : int
-            Time of the sample [ns].
-        position : sequence of float
-            [rad, m], finite.
-        velocity : sequence of float, optional
-            [rad/s, m/s]; NaN where not measured.
-
-        Returns
-        -------
-        list of float or None
-            Positions, then velocities, ... up to the wanted order, at the instant
-            ``self.stamp_ns``. If None, ``self.refusal`` tells why the sample was refused, and
-            is None where more samples are needed.
-
-        """
-        self.refusal = None
-        if self._measured and self.order > 0 and not _all_measured(velocity):
-            self.refusal = NO_VELOCITY
-            return None
-        if not self._estimated:
-            return self._as_measured(stamp_ns, position, velocity)
-        estimator = self.estimator
-        assert estimator is not None
-        outcome = estimator.step(stamp_ns, position, None if self._ignored else velocity)
-        if isinstance(outcome, Reason):
-            if not outcome.used:
-                self.refusal = outcome
-            return None
-        self.motion = outcome
-        self.stamp_ns = outcome.stamp_ns
-        n, order = len(position), self.order
-        values = outcome.values
-        if order < 3:
-            values = values[:(order + 1) * n]
-        if self._measured and order > 0:
-            values = [*position, *velocity, *values[2 * n:]]     # type: ignore[misc]
-        if order == 4:
-            values = [*values, *self._slope_of_jerk(values[3 * n:])]
-        return values
-
-    def _as_measured(self, stamp_ns: int, position: Sequence[float],
-                     velocity: Sequence[float] | None) -> Sequence[float] | None:
-        last = self._last_ns
-        if last is not None and stamp_ns <= last:
-            # The rule of the estimators: a jump back is a new beginning, a step back an error.
-            self._backward += 1
-            if stamp_ns >= last - _MAX_BACK_NS and self._backward <= _BACK_PATIENCE:
-                self.refusal = NOT_INCREASING
-                return None
+        """Forget all readings."""
+        self._last_ns: int | None = None
         self._backward = 0
-        self._last_ns = self.stamp_ns = stamp_ns
-        if self.order == 0:
-            return [*position]
-        return [*position, *velocity]   # type: ignore[misc]
 
-    def _slope_of_jerk(self, jerk: Sequence[float]) -> list[float]:
-        """Return the fourth derivative, which the estimators' model leaves open."""
+    def update(self, reading: Reading) -> Motion | Reason:
+        """Take a reading; return its own numbers."""
+        if self._velocity and not _all_measured(reading.velocity):
+            return Reason.NO_VELOCITY
+        stamp, last = reading.stamp_ns, self._last_ns
+        if last is not None and stamp <= last:
+            self._backward += 1
+            if stamp >= last - MAX_BACK_NS and self._backward <= BACK_PATIENCE:
+                return Reason.STAMP_NOT_INCREASING
+        self._backward = 0
+        self._last_ns = stamp
+        if not self._velocity:
+            return Motion(stamp, reading.position)
+        assert reading.velocity is not None
+        return Motion(stamp, [*reading.position, *reading.velocity])
+
+
+class EstimatedMotion:
+    """All from an estimator, which weighs positions and velocities."""
+
+    def __init__(self, estimator: JointEstimator, order: int, covariance: bool) -> None:
+        self.estimator = estimator
+        self._order = order
+        self._covariance = covariance
+
+    def reset(self) -> None:
+        """Forget all readings."""
+        self.estimator.reset()
+
+    def update(self, reading: Reading) -> Motion | Reason:
+        """Take a reading; return the estimate it leads to."""
+        return self._estimate(reading, reading.velocity)
+
+    def _estimate(self, reading: Reading, velocity: Sequence[float] | None) -> Motion | Reason:
+        estimate = self.estimator.step(reading.stamp_ns, reading.position, velocity)
+        if isinstance(estimate, Reason):
+            return estimate
+        values = estimate.values
+        if self._order < 3:
+            values = values[:(self._order + 1) * len(reading.position)]
+        return Motion(estimate.stamp_ns, values,
+                      variances(estimate) if self._covariance else ())
+
+
+class PositionOnlyMotion(EstimatedMotion):
+    """All from an estimator, which never sees the measured velocities."""
+
+    def update(self, reading: Reading) -> Motion | Reason:
+        """Take a reading; return the estimate that its positions lead to."""
+        return self._estimate(reading, None)
+
+
+class MeasuredVelocityMotion(EstimatedMotion):
+    """Positions and velocities as measured, and what lies above from an estimator."""
+
+    def update(self, reading: Reading) -> Motion | Reason:
+        """Take a reading; return what it says, and accelerations once they are known."""
+        velocity = reading.velocity
+        if not _all_measured(velocity):
+            return Reason.NO_VELOCITY
+        assert velocity is not None
+        estimate = self._estimate(reading, velocity)
+        known = [*reading.position, *velocity]
+        unknown = (nan,) * len(known) if self._covariance else ()
+        if isinstance(estimate, Motion):
+            n = len(known)
+            return Motion(reading.stamp_ns, [*known, *estimate.values[n:]],
+                          (*unknown, *estimate.variances[n:]))
+        if estimate is Reason.SETTLING:
+            return Motion(reading.stamp_ns, known, unknown * 2)
+        return estimate
+
+
+class WithSnap:
+    """A way to motion, and the slope of its jerk, as the estimators' model ends there."""
+
+    def __init__(self, motion: GroupMotion) -> None:
+        self._motion = motion
+        self._jerks: deque[tuple[int, Sequence[float]]] = deque()
+        self.estimator = motion.estimator
+
+    def reset(self) -> None:
+        """Forget all readings."""
+        self._motion.reset()
+        self._jerks.clear()
+
+    def update(self, reading: Reading) -> Motion | Reason:
+        """Take a reading; return the motion it leads to, to the fourth derivative."""
+        motion = self._motion.update(reading)
+        n = len(reading.position)
+        if isinstance(motion, Reason) or len(motion.values) < 4 * n:
+            return motion
+        return Motion(motion.stamp_ns, [
+            *motion.values, *self._slope(motion.stamp_ns, motion.values[3 * n:])],
+            motion.variances)
+
+    def _slope(self, now: int, jerk: Sequence[float]) -> list[float]:
         jerks = self._jerks
-        now = self.stamp_ns
-        if jerks and not 0 < now - jerks[-1][0] < 10 * _SLOPE_SPAN_NS:
+        if jerks and not 0 < now - jerks[-1][0] < 10 * SLOPE_SPAN_NS:
             jerks.clear()
         jerks.append((now, jerk))
-        while len(jerks) > 2 and now - jerks[1][0] >= _SLOPE_SPAN_NS:
+        while len(jerks) > 2 and now - jerks[1][0] >= SLOPE_SPAN_NS:
             jerks.popleft()
         before, old = jerks[0]
         if before == now:
             return [0.0] * len(jerk)
         span = (now - before) * 1e-9
         return [(j - k) / span for j, k in zip(jerk, old)]
+
+
+def variances(estimate: JointMotion) -> Sequence[float]:
+    """Return the variances of positions, velocities, ... in a row."""
+    return np.diagonal(estimate.covariance, axis1=1, axis2=2).T.ravel().tolist()
 
 
 def _all_measured(velocity: Sequence[float] | None) -> bool:

@@ -9,16 +9,20 @@ joint. A *layout* says where in a message, with given names, the joints of a gro
 """
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
-from operator import itemgetter
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from difflib import get_close_matches
+from math import hypot
+
+from ..errors import Reason
+from ..messages.joint_state import JointSample
 
 MAX_LAYOUTS = 64
+MAX_STRANGERS = 256
+LISTED = 8
 
-NO_JOINT = 'no_joint_of_robot'
-NAMED_TWICE = 'joint_named_twice'
-OWNED = 'joints_come_with_other_message'
-
-Pick = Callable[[Sequence[float]], Sequence[float]]
+LARGEST = 1e9
+"""Beyond this [rad, m, rad/s, m/s] a number is no measurement."""
 
 
 class JointGroup:
@@ -32,15 +36,37 @@ class JointGroup:
     complete : bool
         Whether these are all the joints of the robot.
 
+    Attributes
+    ----------
+    messages : int
+        How many have brought these joints.
+
     """
+
+    __slots__ = ('columns', 'complete', 'messages', '_messages_before', '_last', '_silence')
 
     def __init__(self, columns: tuple[int, ...], complete: bool) -> None:
         self.columns = columns
         self.complete = complete
         self.messages = 0
+        self.await_messages()
+
+    def await_messages(self) -> None:
+        """Begin to measure silence anew."""
+        self._messages_before, self._last, self._silence = -1, 0.0, 0.0
+
+    def is_stale(self, now: float, timeout: float) -> bool:
+        """Return whether no message came for too long, where this is asked regularly."""
+        if self.messages != self._messages_before:
+            self._messages_before, self._silence = self.messages, 0.0
+        else:
+            # A long time between two calls tells little: messages may be waiting to be taken.
+            self._silence += min(now - self._last, timeout / 2)
+        self._last = now
+        return self._silence > timeout
 
 
-class Layout:
+class NameLayout:
     """
     Where the joints of a group are in a message.
 
@@ -55,19 +81,40 @@ class Layout:
 
     """
 
+    __slots__ = ('group', 'length', '_entries', '_as_it_is')
+
     def __init__(self, group: JointGroup, entries: tuple[int, ...], length: int) -> None:
         self.group = group
         self.length = length
-        self.pick = _selection(entries, length)
+        self._entries = entries
+        self._as_it_is = entries == tuple(range(length))
+
+    def select(self, values: Sequence[float]) -> Sequence[float]:
+        """Return the values of the group's joints, in its order."""
+        return values if self._as_it_is else [values[i] for i in self._entries]
 
 
-def _selection(entries: tuple[int, ...], length: int) -> Pick:
-    if entries == tuple(range(length)):
-        return lambda values: values
-    if len(entries) == 1:
-        only = entries[0]
-        return lambda values: (values[only],)
-    return itemgetter(*entries)
+@dataclass(slots=True)
+class Reading:
+    """
+    What a message says of the joints of a group.
+
+    Attributes
+    ----------
+    group : JointGroup
+    stamp_ns : int
+        Time of the measurement [ns].
+    position : sequence of float
+        [rad, m], finite.
+    velocity : sequence of float or None
+        [rad/s, m/s]; NaN where not measured.
+
+    """
+
+    group: JointGroup
+    stamp_ns: int
+    position: Sequence[float]
+    velocity: Sequence[float] | None
 
 
 class JointGroups:
@@ -86,12 +133,12 @@ class JointGroups:
     Examples
     --------
     >>> groups = JointGroups(['shoulder', 'elbow', 'finger'])
-    >>> layout = groups.find(('elbow', 'lamp', 'shoulder'))
-    >>> layout.group.columns, layout.pick([0.1, 7.0, 0.2])
-    ((0, 1), (0.2, 0.1))
+    >>> reading = groups.read(JointSample(5, ('elbow', 'lamp', 'shoulder'), (0.1, 7.0, 0.2), ()))
+    >>> reading.group.columns, reading.position
+    ((0, 1), [0.2, 0.1])
     >>> groups.missing()
     ['finger']
-    >>> groups.find(('lamp',))
+    >>> str(groups.read(JointSample(6, ('lamp',), (7.0,), ())))
     'no_joint_of_robot'
 
     """
@@ -99,36 +146,66 @@ class JointGroups:
     def __init__(self, joint_names: Iterable[str]) -> None:
         self.joint_names = tuple(joint_names)
         self._column = {name: i for i, name in enumerate(self.joint_names)}
-        self._layouts: dict[tuple[str, ...], Layout | str] = {}
+        self._layouts: dict[tuple[str, ...], NameLayout | Reason] = {}
         self._groups: dict[tuple[int, ...], JointGroup] = {}
+        self._strangers: dict[str, None] = {}
 
     @property
     def groups(self) -> tuple[JointGroup, ...]:
         """Return the present groups."""
         return tuple(self._groups.values())
 
-    def find(self, names: tuple[str, ...]) -> Layout | str:
-        """
-        Return how a message with these names is to be read, or the reason to refuse it.
-
-        Parameters
-        ----------
-        names : tuple of str
-            Joint names of a message.
-
-        """
-        layout = self._layouts.get(names)
+    def read(self, sample: JointSample) -> Reading | Reason:
+        """Return what a sample says of the joints of a group, or the reason to refuse it."""
+        layout = self._layouts.get(sample.names)
         if layout is None:
-            layout = self._read(names)
-            while len(self._layouts) >= MAX_LAYOUTS:    # endlessly new names: forget the oldest
-                del self._layouts[next(iter(self._layouts))]
-            self._layouts[names] = layout
-        return layout
+            layout = self._new_layout(sample.names)
+        if isinstance(layout, Reason):
+            return layout
+        if len(sample.position) != layout.length:
+            return Reason.WRONG_LENGTH
+        position = layout.select(sample.position)
+        if not hypot(*position) < LARGEST:      # NaN, infinite, or absurd
+            return Reason.NOT_FINITE
+        layout.group.messages += 1
+        velocity = (layout.select(sample.velocity)
+                    if len(sample.velocity) == layout.length else None)
+        return Reading(layout.group, sample.stamp_ns, position, velocity)
 
     def missing(self) -> list[str]:
         """Return the names of the joints that no group brings."""
         seen = {column for columns in self._groups for column in columns}
         return [name for i, name in enumerate(self.joint_names) if i not in seen]
+
+    def describe_missing(self) -> str:
+        """
+        Return a sentence on the joints that no group brings, and on names that are like theirs.
+
+        Examples
+        --------
+        >>> groups = JointGroups(['arm_joint_1'])
+        >>> _ = groups.read(JointSample(5, ('left_arm_joint_1', 'lamp'), (0.0, 0.0), ()))
+        >>> groups.describe_missing()
+        "no joint states of arm_joint_1; there are some of 'left_arm_joint_1'"
+
+        """
+        missing = self.missing()
+        sentence = f'no joint states of {listed(missing)}'
+        alike: dict[str, None] = {}
+        for name in missing[:LISTED]:
+            alike |= dict.fromkeys(self._names_like(name))
+        if alike:
+            return f'{sentence}; there are some of {listed(map(repr, alike))}'
+        if self._strangers and len(missing) == len(self.joint_names):
+            return f'{sentence}; there are some of {listed(self._strangers)}'
+        return sentence
+
+    def _names_like(self, name: str) -> list[str]:
+        """Return names that were met and may mean this joint: with a prefix, in another case."""
+        plain = name.lower()
+        ends = [met for met in self._strangers
+                if met.lower().endswith(plain) or plain.endswith(met.lower())]
+        return ends or get_close_matches(name, self._strangers, 1, 0.8)
 
     def names_of(self, group: JointGroup) -> list[str]:
         """Return the names of a group's joints."""
@@ -139,12 +216,43 @@ class JointGroups:
         if self._groups.pop(group.columns, None) is not None:
             self._layouts.clear()
 
-    def _read(self, names: tuple[str, ...]) -> Layout | str:
+    def stale_groups(self, now: float, timeout: float) -> list[JointGroup]:
+        """
+        Return the groups that brought no message for too long.
+
+        Parameters
+        ----------
+        now : float
+            Any clock [s].
+        timeout : float
+            Longest silence [s].
+
+        Examples
+        --------
+        >>> groups = JointGroups(['q1'])
+        >>> reading = groups.read(JointSample(5, ('q1',), (0.1,), ()))
+        >>> [len(groups.stale_groups(now, timeout=0.5)) for now in (0.0, 0.25, 0.5, 0.75)]
+        [0, 0, 0, 1]
+
+        """
+        return [group for group in self.groups if group.is_stale(now, timeout)]
+
+    def _new_layout(self, names: tuple[str, ...]) -> NameLayout | Reason:
+        layout = self._find(names)
+        while len(self._layouts) >= MAX_LAYOUTS:    # endlessly new names: forget the oldest
+            del self._layouts[next(iter(self._layouts))]
+        self._layouts[names] = layout
+        return layout
+
+    def _find(self, names: tuple[str, ...]) -> NameLayout | Reason:
         entry = {self._column[name]: i for i, name in enumerate(names) if name in self._column}
+        for name in names:
+            if name not in self._column and len(self._strangers) < MAX_STRANGERS:
+                self._strangers[name] = None
         if not entry:
-            return NO_JOINT
+            return Reason.NO_JOINT
         if sum(name in self._column for name in names) > len(entry):
-            return NAMED_TWICE
+            return Reason.NAMED_TWICE
         for group in self.groups:
             if entry.keys() > set(group.columns):
                 self.release(group)
@@ -152,8 +260,23 @@ class JointGroups:
                  for c in columns}
         columns = tuple(sorted(entry.keys() - taken))
         if not columns:
-            return OWNED
+            return Reason.OWNED_BY_OTHERS
         if columns not in self._groups:
             self._groups[columns] = JointGroup(columns, len(columns) == len(self.joint_names))
             self._layouts.clear()
-        return Layout(self._groups[columns], tuple(entry[c] for c in columns), len(names))
+        return NameLayout(self._groups[columns], tuple(entry[c] for c in columns), len(names))
+
+
+def listed(names: Iterable[str]) -> str:
+    """
+    Return names in a row, the first ones if they are many.
+
+    Examples
+    --------
+    >>> listed(f'q{k}' for k in range(400))
+    'q0, q1, q2, q3, q4, q5, q6, q7 and 392 more'
+
+    """
+    names = list(names)
+    more = f' and {len(names) - LISTED} more' if len(names) > LISTED else ''
+    return ', '.join(names[:LISTED]) + more

@@ -48,10 +48,6 @@ def build_model(settings: RobotSettings, text: str | None = None) -> Any:
             f'{model.base_frame!r} and {model.tip_frame!r}')
     check_outputs(settings, model)
     if settings.has_tool:
-        if not hasattr(model, 'with_tool'):
-            raise ModelError(
-                model.name, 'tool_offset: this kind of model takes its tool '
-                'from the model file only')
         offset = settings.tool_offset
         model = model.with_tool(
             pose(rotation_rpy(*offset[3:]), offset[:3]), f'{model.tip_frame}_tool')
@@ -66,6 +62,6 @@ def check_outputs(settings: RobotSettings, model: Any) -> None:
             f'passive_joint_states for parallel robots only, which {model!r} is not')
 
 
-def continuous_joints(model: Any) -> list[bool]:
+def continuous_joints(model: Any) -> tuple[bool, ...]:
     """Return for each measured joint of a model whether its position may wrap at 2 pi."""
-    return [kind == 'continuous' for kind in model.joint_kinds]
+    return tuple(kind == 'continuous' for kind in model.joint_kinds)

@@ -1,23 +1,34 @@
 # Copyright screw_kinematics contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What can be set: each parameter's default, meaning, and allowed values."""
+"""
+What can be set: each parameter's default, meaning, and allowed values.
+
+``expressed_in`` and ``reference_point`` of the node are the ``axes`` and ``pole`` of the library.
+"""
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+import re
 from typing import Any
 
-from . import checks
-from .group_motion import MotionSettings, VELOCITY_SOURCES
-from ..errors import InvalidValueError, ParameterError
+from .outputs import OUTPUTS
+from ..errors import ParameterError
 from ..motion import ESTIMATORS
 
-OUTPUTS = ('pose', 'twist', 'accel', 'reduced_accel', 'jerk', 'snap', 'velocity',
-           'twist_with_covariance', 'accel_with_covariance', 'markers',
-           'passive_joint_states')
 
 EXECUTORS = ('events', 'single_threaded')
 """Choices: ROS's events executor where it exists, or its default one."""
+
+VELOCITY_SOURCES = ('auto', 'measured', 'estimated')
+
+LONGEST_DELAYS = {'savitzky_golay': 0.14, 'finite_difference': 0.0}
+"""Of those estimators that have less than the others, since they look back no further [s]."""
+
+Check = Callable[[Any], Any]
+
+LARGEST_OFFSET = 1e6
+"""Of a tool from the tip frame [m, rad]."""
 
 
 @dataclass(frozen=True)
@@ -46,7 +57,7 @@ class Setting:
     default: Any
     text: str
     allowed: str
-    check: checks.Check
+    check: Check
     fixed: str = ''
     span: tuple[float, float] | None = None
 
@@ -58,56 +69,149 @@ class Setting:
             raise ParameterError(prefix + self.name, value, self.allowed) from None
 
 
+def boolean(value: Any) -> bool:
+    """Return true or false; raise ValueError for anything else."""
+    if not isinstance(value, bool):
+        raise ValueError
+    return value
+
+
+def text(value: Any) -> str:
+    """Return a string; raise ValueError for anything else."""
+    if not isinstance(value, str):
+        raise ValueError
+    return value
+
+
+def nonempty(value: Any) -> str:
+    """Return a string that is not blank, or raise ValueError."""
+    if not text(value).strip():
+        raise ValueError
+    return str(value)
+
+
+def number(low: float, high: float) -> Check:
+    """Return a check for finite numbers of a range, whole numbers among them."""
+    def check(value: Any) -> float:
+        if isinstance(value, bool) or not isinstance(value, (int, float)):
+            raise ValueError
+        if not low <= value <= high:    # refuses NaN too
+            raise ValueError
+        return float(value)
+    return check
+
+
+def one_of(*choices: str) -> Check:
+    """Return a check for a choice."""
+    def check(value: Any) -> str:
+        if value not in choices:
+            raise ValueError
+        return str(value)
+    return check
+
+
+def some_of(*choices: str) -> Check:
+    """Return a check for at least one of the choices; their order here is kept."""
+    def check(value: Any) -> tuple[str, ...]:
+        names = strings(value)
+        if not names or not set(names) <= set(choices):
+            raise ValueError
+        return tuple(name for name in choices if name in names)
+    return check
+
+
+def robot_names(value: Any) -> tuple[str, ...]:
+    """Return different names that can begin a parameter's and a topic's name."""
+    # An empty list has no type in ROS 2, so the default is a list of one empty string.
+    names = tuple(name for name in strings(value) if name)
+    if len(set(names)) < len(names) or not all(
+            re.fullmatch('[A-Za-z][A-Za-z0-9_]*', name) for name in names):
+        raise ValueError
+    return names
+
+
+def topics(value: Any) -> tuple[str, ...]:
+    """Return one or several topics, given as a string or a list."""
+    names = (value,) if isinstance(value, str) else strings(value)
+    if not names or not all(name.strip() for name in names):
+        raise ValueError
+    return tuple(dict.fromkeys(names))
+
+
+def offset(value: Any) -> tuple[float, ...]:
+    """Return six numbers."""
+    check = number(-LARGEST_OFFSET, LARGEST_OFFSET)
+    numbers = tuple(check(v) for v in _items(value))
+    if len(numbers) != 6:
+        raise ValueError
+    return numbers
+
+
+def strings(value: Any) -> tuple[str, ...]:
+    """Return a list of strings as a tuple."""
+    items = _items(value)
+    if isinstance(value, (str, bytes)) or not all(isinstance(v, str) for v in items):
+        raise ValueError
+    return tuple(items)
+
+
+def _items(value: Any) -> list[Any]:
+    try:
+        return list(value)
+    except TypeError:
+        raise ValueError from None
+
+
 def _choice(name: str, default: str, text: str, choices: tuple[str, ...]) -> Setting:
-    return Setting(name, default, text, f'one of {", ".join(choices)}', checks.one_of(*choices))
+    return Setting(name, default, text, f'one of {", ".join(choices)}', one_of(*choices))
 
 
 def _quantity(name: str, default: float, text: str, low: float, high: float) -> Setting:
     return Setting(name, default, text, f'a number from {low:g} to {high:g}',
-                   checks.number(low, high), span=(low, high))
+                   number(low, high), span=(low, high))
 
 
 NODE = (
     Setting('robots', [''], 'Names of the robots; the parameters of each begin with its name.',
             'different names of letters, digits and underscores, beginning with a letter, as a '
             'list such as [arm]',
-            checks.robot_names, 'configured'),
+            robot_names, 'configured'),
     _quantity('diagnostics_rate', 1.0, 'Rate of the messages on /diagnostics [Hz]; 0: none.',
               0.0, 100.0),
     Setting('autostart', True,
             'Configure and activate at once; false: a lifecycle manager does it.',
-            'true or false', checks.boolean, 'started'),
+            'true or false', boolean, 'started'),
     Setting('executor', 'events',
             "ROS's events executor where it exists, or its default, single-threaded one.",
-            f'one of {", ".join(EXECUTORS)}', checks.one_of(*EXECUTORS), 'started'),
+            f'one of {", ".join(EXECUTORS)}', one_of(*EXECUTORS), 'started'),
     Setting('allow_remote_parameters', True,
             'Offer the parameter services; false: parameters come from files and arguments only.',
-            'true or false', checks.boolean, 'started'),
+            'true or false', boolean, 'started'),
 )
 
 ROBOT = (
     Setting('description', '',
             'Where the model is: package:// or file:// URI, path (.yaml, .urdf, .xacro), or URDF '
             'text itself; empty: taken from description_topic.',
-            'a string', checks.text, 'configured'),
+            'a string', text, 'configured'),
     Setting('description_topic', 'robot_description',
             'Topic of the URDF (std_msgs/String, transient local), used if description is empty.',
-            'a topic name', checks.nonempty, 'configured'),
+            'a topic name', nonempty, 'configured'),
     Setting('base_frame', '', 'Frame the motion is relative to; empty: root link of the model.',
-            'a frame of the model', checks.text),
+            'a frame of the model', text),
     Setting('tip_frame', '',
             'Frame whose motion is published; empty: the only end of the model.',
-            'a frame of the model', checks.text),
+            'a frame of the model', text),
     Setting('tool_offset', [0.0] * 6,
             'Pose of the tool in the tip frame: x y z [m], roll pitch yaw [rad].',
-            f'six finite numbers of at most {checks.LARGEST_OFFSET:g}', checks.offset),
+            f'six finite numbers of at most {LARGEST_OFFSET:g}', offset),
     Setting('frame_prefix', '', 'Put before the frame names in messages.',
-            'a string', checks.text),
+            'a string', text),
     Setting('joint_states_topic', 'joint_states',
             'Topic of the joint samples, or a list of topics if the joints come on several.',
-            'a topic name or a list of them', checks.topics, 'configured'),
+            'a topic name or a list of them', topics, 'configured'),
     Setting('outputs', ['twist', 'accel'], 'What is published, each on <robot>/<output>.',
-            f'a list of {", ".join(OUTPUTS)}', checks.some_of(*OUTPUTS)),
+            f'a list of {", ".join(OUTPUTS)}', some_of(*OUTPUTS)),
     _choice('expressed_in', 'base', 'Axes of the published vectors, and their frame_id.',
             ('base', 'tip')),
     _choice('reference_point', 'tip',
@@ -150,6 +254,32 @@ class NodeSettings:
 
 
 @dataclass(frozen=True)
+class MotionSettings:
+    """
+    How joint motion is obtained from samples.
+
+    Parameters
+    ----------
+    velocity_source : {'auto', 'measured', 'estimated'}
+        'auto': the estimator weighs the measured velocity as far as it earns trust;
+        'measured': position and velocity are the measured ones, accelerations are estimated;
+        'estimated': the measured velocity is ignored.
+    estimator : str
+        Kind of estimator, see :func:`make_estimator`.
+    delay : float
+        The motion describes the instant this long before the latest sample [s].
+    options : mapping
+        Further keyword arguments of the estimator.
+
+    """
+
+    velocity_source: str = 'auto'
+    estimator: str = 'bank'
+    delay: float = 0.0
+    options: Mapping[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
 class RobotSettings:
     """The settings of one robot, checked; see :data:`ROBOT` for their meaning."""
 
@@ -189,12 +319,12 @@ class RobotSettings:
             raise ParameterError(
                 f'{prefix}estimator.delay', delay,
                 "0, as velocity_source 'measured' has no velocity of an earlier instant")
-        motion = MotionSettings(source, kind, delay, estimator)
-        try:
-            motion.make_estimator([False])
-        except InvalidValueError as error:
-            raise InvalidValueError(f"parameters '{prefix}estimator.*': {error}") from None
-        return cls(name=name, **checked, motion=motion)
+        longest = LONGEST_DELAYS.get(kind, delay)
+        if delay > longest:
+            raise ParameterError(f'{prefix}estimator.delay', delay,
+                                 f'at most {longest:g} with estimator.kind {kind!r}')
+        return cls(name=name, **checked,
+                   motion=MotionSettings(source, kind, delay, estimator))
 
     @property
     def has_tool(self) -> bool:

@@ -3,15 +3,15 @@
 """Joint motions that arrive group by group, brought together at one instant."""
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from math import factorial
+from collections.abc import Iterable
+from math import factorial, nan
 
+from .group_motion import Motion
 from .joint_groups import JointGroup
+from ..errors import Reason
 
-TOO_FAR_APART = 'joints_too_far_apart_in_time'
 
-
-class Rounds:
+class Synchronizer:
     """
     Collects the motions of several groups and joins them.
 
@@ -30,22 +30,22 @@ class Rounds:
     Examples
     --------
     >>> a, b = JointGroup((0,), False), JointGroup((1,), False)
-    >>> rounds = Rounds(2, max_apart_ns=10**9)
-    >>> rounds.add(a, 10**9, [1.0, 2.0])
-    >>> rounds.add(b, 1_500_000_000, [0.5, 1.0])    # at 1 s it was at 0
-    (1000000000, [1.0, 0.0, 2.0, 1.0])
+    >>> synchronizer = Synchronizer(2, max_apart_ns=10**9)
+    >>> synchronizer.add(a, Motion(10**9, [1.0, 2.0]))
+    <Reason.JOINTS_MISSING: 'other_joints_missing'>
+    >>> synchronizer.add(b, Motion(1_500_000_000, [0.5, 1.0]))      # at 1 s it was at 0
+    Motion(stamp_ns=1000000000, values=[1.0, 0.0, 2.0, 1.0], variances=())
 
     """
 
     def __init__(self, n_joints: int, max_apart_ns: int = 500_000_000) -> None:
-        self.max_apart_ns = max_apart_ns
+        self._max_apart_ns = max_apart_ns
         self._n_joints = n_joints
-        self._parts: dict[JointGroup, tuple[int, Sequence[float]]] = {}
+        self._parts: dict[JointGroup, Motion] = {}
         self._fresh: set[JointGroup] = set()
         self._lagging: set[JointGroup] = set()
 
-    def add(self, group: JointGroup, stamp_ns: int, motion: Sequence[float],
-            ) -> tuple[int, list[float]] | str | None:
+    def add(self, group: JointGroup, motion: Motion) -> Motion | Reason:
         """
         Take the motion of one group.
 
@@ -53,27 +53,27 @@ class Rounds:
         ----------
         group : JointGroup
             Whose motion it is.
-        stamp_ns : int
-            The instant the motion describes [ns].
-        motion : sequence of float
-            Positions of the group's joints, then velocities, ...
+        motion : Motion
+            Of its joints.
 
         Returns
         -------
-        (int, list of float), str, or None
-            Instant [ns] and motion of all joints, in the order of the robot; the reason why
-            it was refused; None while joints are awaited.
+        Motion or Reason
+            Of all joints, in the order of the robot; or why there is none: joints are awaited,
+            or are too far apart in time.
 
         """
+        if group.complete:
+            return motion
         repeated = group in self._fresh
-        self._parts[group] = (stamp_ns, motion)
+        self._parts[group] = motion
         self._fresh.add(group)
         if sum(len(g.columns) for g in self._parts) < self._n_joints:
-            return None
+            return Reason.JOINTS_MISSING
         if repeated:
             self._lagging = self._parts.keys() - self._fresh
         elif group in self._lagging or self._parts.keys() - self._fresh - self._lagging:
-            return None
+            return Reason.MERGED
         return self._join()
 
     def keep(self, groups: Iterable[JointGroup]) -> None:
@@ -89,21 +89,25 @@ class Rounds:
         self._fresh.clear()
         self._lagging.clear()
 
-    def _join(self) -> tuple[int, list[float]] | str:
+    def _join(self) -> Motion | Reason:
         self._fresh.clear()
-        instant = min(self._parts[g][0] for g in self._parts.keys() - self._lagging)
+        instant = min(self._parts[g].stamp_ns for g in self._parts.keys() - self._lagging)
         n = self._n_joints
-        orders = min(len(m) // len(g.columns) for g, (_, m) in self._parts.items())
+        orders = min(len(m.values) // len(g.columns) for g, m in self._parts.items())
         joined = [0.0] * (orders * n)
-        for group, (stamp_ns, motion) in self._parts.items():
-            if abs(instant - stamp_ns) > self.max_apart_ns:
-                return TOO_FAR_APART
-            dt = (instant - stamp_ns) * 1e-9
+        known = any(motion.variances for motion in self._parts.values())
+        variances = [nan] * (4 * n if known else 0)
+        for group, motion in self._parts.items():
+            if abs(instant - motion.stamp_ns) > self._max_apart_ns:
+                return Reason.TOO_FAR_APART
+            dt = (instant - motion.stamp_ns) * 1e-9
             powers = [dt**k / factorial(k) for k in range(orders)]
             width = len(group.columns)
             for i, column in enumerate(group.columns):
-                own = motion[i:orders * width:width]
+                own = motion.values[i:orders * width:width]
                 for k in range(orders):
                     joined[k * n + column] = sum(
                         p * x for p, x in zip(powers, own[k:]))
-        return instant, joined
+                if motion.variances:
+                    variances[column::n] = motion.variances[i::width]
+        return Motion(instant, joined, variances or ())

@@ -20,7 +20,6 @@ from .recording import Sample
 from ..errors import MalformedMessageError, Reason
 from ..messages.joint_state import JointSample
 from ..pipeline.account import Account
-from ..pipeline.group_motion import LARGEST
 from ..pipeline.joint_groups import JointGroup, JointGroups
 from ..screws.se3 import Array
 
@@ -148,17 +147,13 @@ def _read(groups: JointGroups, sample: JointSample | MalformedMessageError,
         return Reason.MALFORMED
     if sample.stamp_ns < 0:
         return Reason.STAMP_NEGATIVE
-    layout = groups.find(sample.names)
-    if isinstance(layout, str):
-        return Reason(layout)
-    if len(sample.position) != layout.length:
-        return Reason.WRONG_LENGTH
-    position = tuple(layout.pick(sample.position))
-    if not np.hypot.reduce(position) < LARGEST:
-        return Reason.NOT_FINITE
-    return layout.group, sample.stamp_ns, position, (
-        tuple(layout.pick(sample.velocity)) if len(sample.velocity) == layout.length
-        else (float('nan'),) * len(position))
+    reading = groups.read(sample)
+    if isinstance(reading, Reason):
+        return reading
+    velocity = reading.velocity
+    return reading.group, reading.stamp_ns, tuple(reading.position), (
+        tuple(velocity) if velocity is not None
+        else (float('nan'),) * len(reading.position))
 
 
 def _cut(pace: _Pending, pending: dict[JointGroup, _Pending]) -> Iterator[Block]:

@@ -42,7 +42,7 @@ class MotionBlock(NamedTuple):
     stamps: Array
     received: Array
     motion: Array
-    refused: Counter[str]
+    refused: Counter[Reason]
     variance: Array
     period: float
 
@@ -70,7 +70,7 @@ class Smoother:
 
     def __call__(self, block: Block) -> MotionBlock:
         """Return the motion at the block's own instants: those of the joints that come seldom."""
-        refused: Counter[str] = Counter()
+        refused: Counter[Reason] = Counter()
         parts = [self._motion(samples, refused) for samples in block]
         n = len(self.continuous)
         none = np.zeros(0, dtype=np.int64)
@@ -95,7 +95,7 @@ class Smoother:
         return MotionBlock(instants[together], clock.received[own][together],
                            motion[:, together], refused, clock.variance[own][together], period)
 
-    def _motion(self, samples: GroupSamples, refused: Counter[str]) -> _GroupMotion:
+    def _motion(self, samples: GroupSamples, refused: Counter[Reason]) -> _GroupMotion:
         """Return the motion of joints that come together; count what was not used of the own."""
         number = np.arange(len(samples.stamps))
         own = (number >= samples.begin) & (number < samples.end)
@@ -142,7 +142,7 @@ class Smoother:
             smoothed.variance[:, 2].mean(axis=1)).increasing(refused)
 
     def _as_measured(self, samples: GroupSamples, used: Array, own: Array,
-                     refused: Counter[str]) -> _GroupMotion:
+                     refused: Counter[Reason]) -> _GroupMotion:
         at = np.flatnonzero(used)
         stamps = samples.stamps[at]
         run = np.concatenate([[0], np.cumsum(np.diff(stamps) > self.limits['max_gap'] * 1e9)]
@@ -169,7 +169,7 @@ class _GroupMotion(NamedTuple):
         none = np.zeros(0, dtype=np.int64)
         return cls(none, none, np.zeros((order + 1, 0, n_joints)), none, none > 0, np.zeros(0))
 
-    def increasing(self, refused: Counter[str]) -> _GroupMotion:
+    def increasing(self, refused: Counter[Reason]) -> _GroupMotion:
         """Return the motion without instants that do not follow those before."""
         before = np.concatenate([[-2**62], np.maximum.accumulate(self.stamps)[:-1]])
         good = self.stamps > before[:len(self.stamps)]

@@ -14,7 +14,10 @@ from .recording import full_name
 from .states import RecordedRobot, StateBlock
 from .tables import TableWriter
 from ..errors import MissingExtraError
-from ..pipeline.outputs import Frames, KINDS, make_send
+from ..pipeline.group_motion import Motion
+from ..pipeline.kinematics import State
+from ..pipeline.message_writers import Frames, message_writer, MessageWriter
+from ..pipeline.outputs import KINDS
 from ..screws.rotations import quaternion_from_rotation
 from ..screws.se3 import Array
 
@@ -55,46 +58,39 @@ class BagWriter:
                               storage_plugin=StoragePlugin[storage.upper()])
         self._types = get_typestore(Stores.ROS2_JAZZY)
         self._namespace = namespace
-        self._sends: dict[str, list[Callable[[int, Any], None]]] = {}
-        self._received = 0
+        self._topics: dict[str, list[tuple[Any, MessageWriter]]] = {}
         self._writer.open()
 
     def write(self, robot: RecordedRobot, block: StateBlock) -> None:
         """Append states."""
         name = robot.settings.name
-        if name not in self._sends:
-            self._sends[name] = self._advertise(robot)
-        sends = self._sends[name]
-        for stamp, self._received, values in zip(
+        if name not in self._topics:
+            self._topics[name] = self._advertise(robot)
+        order = robot.program.order
+        for stamp, received, values in zip(
                 block.stamps.tolist(), block.received.tolist(), block.values.tolist()):
-            for send in sends:
-                send(stamp, values)
+            state = State(stamp, values, Motion(stamp, ()), order)
+            for connection, writer in self._topics[name]:
+                # Played back together with the recording, states come when the samples come.
+                self._writer.write(connection, received, writer.encode(state))
 
     def close(self) -> None:
         """Write the rest."""
         self._writer.close()
 
-    def _advertise(self, robot: RecordedRobot) -> list[Callable[[int, Any], None]]:
-        settings, model = robot.settings, robot.model
-        base = settings.frame_prefix + model.base_frame
-        tip = settings.frame_prefix + model.tip_frame
-        frames = Frames(base, tip, tip if settings.expressed_in == 'tip' else base)
+    def _advertise(self, robot: RecordedRobot) -> list[tuple[Any, MessageWriter]]:
+        settings = robot.settings
+        frames = Frames.of(robot.model, settings.frame_prefix, settings.expressed_in)
         # The messages name the base only.
         topics = full_name(self._namespace, settings.name).lstrip('/')
-        self._writer.set_custom_data(f'{topics}.tip_frame', tip)
-        return [make_send(output, self._publisher(settings.name, output), robot.program.slices,
-                          frames, lambda derivative: ()) for output in robot.outputs]
+        self._writer.set_custom_data(f'{topics}.tip_frame', frames.tip)
+        return [(self._connection(f'{settings.name}/{output}', KINDS[output].type_name),
+                 message_writer(output, robot.program.slices, frames))
+                for output in robot.outputs]
 
-    def _publisher(self, robot: str, output: str) -> Callable[[bytes], None]:
-        connection = self._writer.add_connection(
-            full_name(self._namespace, f'{robot}/{output}'), KINDS[output].type_name,
-            typestore=self._types)
-        write = self._writer.write
-
-        def publish(data: bytes) -> None:
-            # Played back together with the recording, states come when the samples come.
-            write(connection, self._received, data)
-        return publish
+    def _connection(self, topic: str, type_name: str) -> Any:
+        return self._writer.add_connection(
+            full_name(self._namespace, topic), type_name, typestore=self._types)
 
 
 class TablesWriter:

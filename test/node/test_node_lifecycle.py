@@ -7,6 +7,7 @@ from lifecycle_msgs.srv import ChangeState, GetState
 from rcl_interfaces.srv import ListParameters
 from rclpy.lifecycle import TransitionCallbackReturn
 from rclpy.parameter import Parameter
+from screw_kinematics.messages.joint_state import JointSample
 from screw_kinematics.node.node import KinematicStatePublisher
 from support.rig import joint_state, PUMA, running, smooth_motion
 
@@ -99,8 +100,8 @@ def test_diagnostics_begin_anew_with_every_configuration(context):
 
     def take(count):
         for k in range(count):
-            node.robots['arm'].take(10**9 + k * MS, JOINTS, (0.1,) * 6, ())
-        return node._diagnostics.report(node).status[1]
+            node.robots['arm'].take(JointSample(10**9 + k * MS, JOINTS, (0.1,) * 6, ()))
+        return node.report().status[1]
 
     assert (take(20).level, take(20).level) == (b'\0', b'\0')
     for transition in (node.trigger_deactivate, node.trigger_cleanup, node.trigger_configure,
@@ -119,6 +120,6 @@ def test_diagnostics_of_nodes_in_different_namespaces_differ(context):
             context=context, namespace=namespace, parameter_overrides=[
                 Parameter('robots', value=['arm']), Parameter('arm.description', value=PUMA)])
         assert [(status.name, status.hardware_id)
-                for status in node._diagnostics.report(node).status] == [
+                for status in node.report().status] == [
             (f'{node_name}: node', 'none'), (f'{node_name}: arm', hardware)]
         node.destroy_node()

@@ -130,7 +130,8 @@ def test_passive_joints_close_the_loops(stream):
 def test_diagnostics_tell_the_distance_to_singularities(stream):
     _, report, _ = stream
     level, message, values = report['good']
-    assert (level, message) == (b'\0', 'running')
+    # It runs; this test's stamps are of no clock.
+    assert level == b'\1' and message.startswith('stamps are not of this clock')
     assert 0.1 < float(values['distance to direct singularity']) < 1
     assert int(values['Newton steps']) < 10
 

@@ -2,10 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """A defect met in one robot is counted and told, and does not reach the others."""
 import rclpy
-
+from screw_kinematics.errors import Reason
+from screw_kinematics.messages.joint_state import JointSample
 from screw_kinematics.node.parameters import NodeParameters
 from screw_kinematics.node.robot import Robot
-from screw_kinematics.node.worker import Background
+from screw_kinematics.node.worker import Worker
+from screw_kinematics.pipeline.kinematics import Kinematics
 from support.rig import PUMA
 
 
@@ -24,13 +26,14 @@ def test_a_defect_is_a_counted_refusal(context):
     parameters = NodeParameters(node)
     parameters.declare_robot('arm')
     robot = Robot(node, parameters.robot_settings('arm', {'arm.description': PUMA}),
-                  Background())
-    robot.load_given()
-    robot.pipeline.want(Defective())
+                  Worker())
+    robot.load_from_parameter()
+    robot.pipeline.activate(Kinematics(Defective()))
     for k in range(20):
-        robot.take(10**9 + k * 10**7, robot.pipeline.joint_names, (0.1,) * 6, ())
+        robot.take(JointSample(
+            10**9 + k * 10**7, robot.pipeline.joint_names, (0.1,) * 6, ()))
     account = robot.account
-    assert account.refused['internal_error'] > 0
+    assert account.refused[Reason.INTERNAL_ERROR] > 0
     assert account.received == account.used + account.refused.total() == 20
-    assert 'a defect' in robot.pipeline.last_error
+    assert 'a defect' in account.details[Reason.INTERNAL_ERROR]
     node.destroy_node()

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 import rclpy
 from screw_kinematics import models
+from screw_kinematics.messages.joint_state import JointSample
 from screw_kinematics.node.parameters import NodeParameters
 from screw_kinematics.node.robot import Robot
-from screw_kinematics.node.worker import Background
+from screw_kinematics.node.worker import Worker
 from screw_kinematics.pipeline.outputs import KINDS
 
 PLANAR = 'package://screw_kinematics/config/robots/planar_3rrr.yaml'
@@ -31,41 +32,41 @@ def planar(context):
     node = rclpy.create_node('programs', context=context)
     parameters = NodeParameters(node)
     parameters.declare_robot('planar')
-    background = Background()
+    worker = Worker()
     robot = Robot(node, parameters.robot_settings('planar', {
         'planar.description': PLANAR, 'planar.outputs': ['pose', 'twist'],
-        'planar.velocity_source': 'measured'}), background)
-    robot.load_given()
-    yield node, robot, background
-    background.close()
+        'planar.velocity_source': 'measured'}), worker)
+    robot.load_from_parameter()
+    yield node, robot, worker
+    worker.close()
     robot.close()
     node.destroy_node()
 
 
 def test_far_from_home_in_another_assembly_mode(planar, wait_until):
-    node, robot, background = planar
+    node, robot, worker = planar
     start = beyond_a_singularity()
     samples = enumerate(np.linspace(0.001, 0.02, 4), start=1000)
 
     def check_next_sample():
         k, shift = next(samples)
         q = start.actuated + shift
-        robot.take(k * 10**7, robot.model.joint_names, q.tolist(), (0.0,) * 3)
+        robot.take(JointSample(k * 10**7, robot.model.joint_names, q.tolist(), (0.0,) * 3))
         assert robot.account.refused.total() == 0
-        found = robot._last_program.posture.pose
+        found = robot._program.posture.pose
         np.testing.assert_allclose(found, robot.model.posture(q, start).pose, atol=1e-12)
         assert np.abs(found - robot.model.posture(q).pose).max() > 0.1
 
     def wait_for(*wanted):
-        def there():    # and so is machine code, where it takes over
-            robot.look_around(0.0)
-            background.collect()
-            return robot.topics.wanted == wanted and background.pending == 0
+        def there():
+            robot.update_demand(0.0)
+            worker.collect()
+            return robot.publishers.wanted == wanted and worker.pending == 0
         wait_until(there)
 
     subscriptions = [node.create_subscription(PoseStamped, 'planar/pose', print, 10)]
     wait_for('pose')
-    robot._last_program.posture = start
+    robot._program.posture = start
     check_next_sample()
     subscriptions += [node.create_subscription(TwistStamped, 'planar/twist', print, 10)]
     wait_for(*[name for name in KINDS if name in ('pose', 'twist')])

@@ -15,6 +15,7 @@ rclpy = pytest.importorskip('rclpy')
 from rosbags.rosbag2 import Reader, StoragePlugin, Writer    # noqa: E402
 from rosbags.typesys import get_typestore, Stores    # noqa: E402
 from screw_kinematics.pipeline.outputs import RECORDED    # noqa: E402
+from screw_kinematics.node.publishers import message_type    # noqa: E402
 from screw_kinematics.pipeline.outputs import KINDS    # noqa: E402
 from screw_kinematics.tools.bag import main as bag    # noqa: E402
 from screw_kinematics.tools.check import main as check    # noqa: E402
@@ -67,7 +68,7 @@ def test_ros_reads_the_messages_of_a_bag(tmp_path):
     with Reader(tmp_path / 'out') as reader:
         for connection, _, data in reader.messages():
             output = connection.topic.rpartition('/')[2]
-            message = deserialize_message(data, KINDS[output].message)
+            message = deserialize_message(data, message_type(KINDS[output].type_name))
             assert message.header.frame_id == 'base' and message.header.stamp.sec == 5
             if output == 'twist':
                 angular = message.twist.angular

@@ -5,8 +5,10 @@ import math
 
 import numpy as np
 import pytest
-from screw_kinematics.pipeline.group_motion import MotionSettings
-from support.pipeline_arm import ARM, assert_balanced, feed, joints, make, MS, NAMES, START
+from screw_kinematics.errors import Reason
+from screw_kinematics.pipeline.settings import MotionSettings
+from support.pipeline_arm import (
+    ARM, assert_balanced, feed, joints, make, MS, NAMES, START, take)
 
 
 @pytest.mark.parametrize('names', [
@@ -17,25 +19,24 @@ def test_order_and_superfluous_joints_do_not_matter(names):
     for k in range(5):
         q, qd, _ = joints(k * 2e-3)
         q, qd = dict(zip(NAMES, q.tolist())), dict(zip(NAMES, qd.tolist()))
-        values = pipeline.take(START + k * 2 * MS, names, [q.get(n, math.nan) for n in names],
-                               [qd.get(n, math.nan) for n in names])
-        got.append((pipeline.stamp_ns, values))
+        state = take(pipeline, START + k * 2 * MS, names, [q.get(n, math.nan) for n in names],
+                     [qd.get(n, math.nan) for n in names])
+        got.append((state.stamp_ns, state.values))
     assert got == expected
 
 
 def test_joints_in_several_messages_are_merged_at_one_instant():
-    whole = make(MotionSettings(), ('twist', 'accel'))
     parts = make(MotionSettings(), ('twist', 'accel'))
-    feed(whole, 300)
     for k in range(300):
         q, qd, _ = joints(k * 2e-3)
         t = START + k * 2 * MS
-        assert parts.take(t, ('q3',), [q[2]], [qd[2]]) is None
-        values = parts.take(t, ('q2', 'q1'), [q[1], q[0]], [qd[1], qd[0]])
+        assert isinstance(take(parts, t, ('q3',), [q[2]], [qd[2]]), Reason)
+        state = take(parts, t, ('q2', 'q1'), [q[1], q[0]], [qd[1], qd[0]])
     truth = ARM.state(*joints(299 * 2e-3))
-    assert parts.stamp_ns == whole.stamp_ns == t
-    assert np.allclose(values[6:], truth.classical(2), atol=2e-3)
-    assert parts.account.waiting['merged_with_later_ones'] == 300 - 7
+    assert state.stamp_ns == t
+    assert np.allclose(state.values[6:], truth.classical(2), atol=2e-3)
+    assert parts.account.used_later[Reason.MERGED] == 300 - 8
+    assert parts.account.refused == {Reason.JOINTS_MISSING: 1}
     assert_balanced(parts)
 
 
@@ -44,13 +45,13 @@ def test_silent_joints_are_missing_after_the_timeout_and_may_come_from_elsewhere
     assert pipeline.missing() == list(NAMES)
     feed(pipeline, 5, names=('q1', 'q2'))
     assert pipeline.missing() == ['q3']
-    pipeline.release_silent(0.0, 0.5)
+    pipeline.release_stale(0.0, 0.5)
     feed(pipeline, 5, START + 10 * MS, names=('q1', 'q2'))
-    pipeline.release_silent(0.1, 0.5)
+    pipeline.release_stale(0.1, 0.5)
     for now in (0.2, 0.4, 0.6):
-        pipeline.release_silent(now, 0.5)
+        pipeline.release_stale(now, 0.5)
     assert pipeline.missing() == ['q3']
-    pipeline.release_silent(0.7, 0.5)
+    pipeline.release_stale(0.7, 0.5)
     assert pipeline.missing() == list(NAMES)
     assert len(feed(pipeline, 20, START + 900 * MS)) == 20
 
@@ -59,7 +60,7 @@ def test_late_delivery_of_a_steady_stream_costs_no_sample():
     pipeline = make(MotionSettings(), ('accel',))
     feed(pipeline, 50)
     for now in (0.0, 0.2, 0.4, 0.6):
-        pipeline.release_silent(now, 0.3)
+        pipeline.release_stale(now, 0.3)
     assert pipeline.missing() == list(NAMES)
     assert len(feed(pipeline, 50, START + 100 * MS)) == 50
 
@@ -79,8 +80,8 @@ def test_a_larger_message_takes_the_place_of_its_parts():
 def test_a_node_that_was_held_up_does_not_take_its_queue_for_silence():
     pipeline = make(MotionSettings(), ('twist',))
     feed(pipeline, 50)
-    pipeline.release_silent(0.0, 0.5)
-    pipeline.release_silent(0.1, 0.5)
-    pipeline.release_silent(5.0, 0.5)
+    pipeline.release_stale(0.0, 0.5)
+    pipeline.release_stale(0.1, 0.5)
+    pipeline.release_stale(5.0, 0.5)
     assert pipeline.missing() == []
     assert len(feed(pipeline, 50, START + 100 * MS)) == 50

@@ -15,4 +15,4 @@ Z = (0, 0, 1)
     ([Joint('b', 'continuous', Z, mimic=Mimic('a')), Joint('a', 'revolute', Z)], [False]),
     ([Joint('b', 'continuous', Z, mimic=Mimic('elsewhere'))], [True])])
 def test_a_measured_joint_wraps_by_its_own_kind(joints, expected):
-    assert continuous_joints(SerialChain(joints)) == expected
+    assert list(continuous_joints(SerialChain(joints))) == expected

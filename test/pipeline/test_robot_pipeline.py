@@ -1,17 +1,16 @@
 # Copyright screw_kinematics contributors
 # SPDX-License-Identifier: Apache-2.0
 """The logic of one robot: every sample is used or refused, and outputs are the chain's."""
-from dataclasses import replace
 import math
 
 import numpy as np
 import pytest
 from screw_kinematics.errors import Reason, SingularityError
-from screw_kinematics.pipeline.group_motion import MotionSettings
-from screw_kinematics.pipeline.joint_groups import NO_JOINT
-from screw_kinematics.pipeline.robot_pipeline import NO_SOLUTION, OVERFLOW, RobotPipeline
+from screw_kinematics.pipeline.kinematics import Kinematics
+from screw_kinematics.pipeline.robot_pipeline import RobotPipeline
+from screw_kinematics.pipeline.settings import MotionSettings
 from support.pipeline_arm import (
-    ARM, assert_balanced, feed, joints, make, MEASURED, MS, NAMES, START)
+    ARM, assert_balanced, feed, joints, make, MEASURED, MS, NAMES, START, take)
 
 
 def test_measured_twist_is_the_chains_at_every_sample():
@@ -46,8 +45,8 @@ def bad_samples():
         (NAMES, [0.1, math.nan, 0.3], good, 'position_not_finite'),
         (NAMES, [0.1, math.inf, -math.inf], good, 'position_not_finite'),
         (NAMES, [1e300, -1e300, 0.3], good, 'position_not_finite'),
-        (('lamp',), [0.1], [0.1], NO_JOINT),
-        ((), [], [], NO_JOINT),
+        (('lamp',), [0.1], [0.1], Reason.NO_JOINT),
+        ((), [], [], Reason.NO_JOINT),
         (('q1', 'q2', 'q3', 'q1'), [*good, 0.1], [], 'joint_named_twice'),
         (NAMES, good, [], 'velocity_not_measured'),
         (NAMES, good, [0.0, math.nan, 0.0], 'velocity_not_measured'),
@@ -60,7 +59,7 @@ def test_a_bad_sample_is_refused_with_its_reason_and_leaves_no_trace(
         names, position, velocity, reason):
     pipeline, undisturbed = make(), make()
     feed(pipeline, 3)
-    assert pipeline.take(START + 6 * MS, names, position, velocity) is None
+    assert take(pipeline, START + 6 * MS, names, position, velocity) == reason
     assert pipeline.account.refused == {reason: 1}
     assert_balanced(pipeline)
     feed(undisturbed, 3)
@@ -75,9 +74,9 @@ def test_stamps_that_do_not_advance_are_refused(settings):
     n = pipeline.account.outputs
     q, qd, _ = joints(0.04)
     for stamp in (START + 38 * MS, START + 30 * MS, START):
-        assert pipeline.take(stamp, NAMES, q.tolist(), qd.tolist()) is None
+        assert take(pipeline, stamp, NAMES, q, qd) is Reason.STAMP_NOT_INCREASING
     assert pipeline.account.refused == {'stamp_not_increasing': 3}
-    assert pipeline.take(START + 40 * MS, NAMES, q.tolist(), qd.tolist()) is not None
+    assert not isinstance(take(pipeline, START + 40 * MS, NAMES, q, qd), Reason)
     assert pipeline.account.outputs == n + 1
 
 
@@ -108,7 +107,7 @@ def test_estimation_needs_no_measured_velocity(velocity):
 def test_nothing_wanted_is_nothing_computed_and_still_accounted_for():
     pipeline = RobotPipeline(ARM.joint_names, MotionSettings())
     assert feed(pipeline, 5) == []
-    assert pipeline.account.waiting == {'nothing_wanted': 5}
+    assert pipeline.account.used_later == {Reason.NOTHING_WANTED: 5}
     assert pipeline.estimators() == [] or pipeline.estimators()[0].reason is Reason.SETTLING
     assert pipeline.missing() == []
 
@@ -116,40 +115,50 @@ def test_nothing_wanted_is_nothing_computed_and_still_accounted_for():
 def test_other_outputs_go_on_with_the_same_estimator():
     pipeline = make(MotionSettings(), ('twist',))
     feed(pipeline, 50)
-    pipeline.want(ARM.compile(outputs=('accel', 'pose')))
-    q, qd, _ = joints(0.1)
-    assert len(pipeline.take(START + 100 * MS, NAMES, q.tolist(), qd.tolist())) == 18
-
-
-def test_other_settings_begin_anew_and_the_same_ones_go_on():
-    pipeline = make(MotionSettings(), ('twist',))
-    feed(pipeline, 50)
     before = pipeline.estimators()
-    pipeline.configure(MotionSettings(), 0.3)
+    pipeline.activate(Kinematics(ARM.compile(outputs=('accel', 'pose'))))
+    q, qd, _ = joints(0.1)
+    assert len(take(pipeline, START + 100 * MS, NAMES, q, qd).values) == 18
     assert pipeline.estimators() == before
-    pipeline.configure(replace(MotionSettings(), delay=0.01), 0.3)
-    outputs = feed(pipeline, 50, START + 100 * MS)
-    assert outputs[-1][0] == START + 100 * MS + 98 * MS - 10 * MS
 
 
 def test_variances_are_those_of_the_estimator_and_unknown_where_measured():
-    pipeline = make(MotionSettings(), ('twist', 'jacobian'))
-    pipeline.want(ARM.compile(outputs=('twist', 'jacobian')), covariance=True)
+    def latest(settings, outputs):
+        pipeline = make(settings, outputs, covariance=True)
+        feed(pipeline, 100)
+        q, qd, _ = joints(0.2)
+        return np.reshape(take(pipeline, START + 200 * MS, NAMES, q, qd).motion.variances, (4, 3))
+
+    assert np.all(latest(MotionSettings(), ('twist', 'jacobian')) > 0)
+    measured = latest(MEASURED, ('twist', 'accel'))
+    assert np.all(np.isnan(measured[:2])) and np.all(measured[2:] > 0)
+
+
+def test_nobody_pays_for_variances_that_are_not_wanted():
+    pipeline = make(MotionSettings(), ('accel',))
     feed(pipeline, 100)
-    covariance = pipeline.estimators()[0].update(
-        0.2, joints(0.2)[0]).covariance
-    assert np.all(covariance[:, 2, 2] > 0)
-    assert all(v > 0 for v in pipeline.variances(2))
-    measured = make(MEASURED, ('twist', 'accel'))
-    measured.want(ARM.compile(outputs=('twist', 'accel')), covariance=True)
-    feed(measured, 100)
-    assert all(math.isnan(v) for v in measured.variances(1))
-    assert all(v > 0 for v in measured.variances(2))
+    q, qd, _ = joints(0.2)
+    assert take(pipeline, START + 200 * MS, NAMES, q, qd).motion.variances == ()
+
+
+def test_measured_velocities_are_published_however_slowly_they_come():
+    """No acceleration can be told from samples a second apart, so the state ends before it."""
+    pipeline = make(MEASURED, ('twist', 'accel'))
+    for k in range(5):
+        q, qd, _ = joints(k)
+        state = take(pipeline, START + k * 1000 * MS, NAMES, q, qd)
+        assert state.order == 1
+        assert np.allclose(state.values[:6], ARM.state(q, qd).velocity, rtol=1e-12, atol=1e-14)
+    outputs = feed(pipeline, 50, START + 6000 * MS)
+    assert len(outputs) == 50
+    q, qd, _ = joints(0.1)
+    assert take(pipeline, START + 6100 * MS, NAMES, q, qd).order == 2
 
 
 @pytest.mark.parametrize('failure, reason', [
-    (SingularityError('legs do not reach'), NO_SOLUTION), (ZeroDivisionError(), NO_SOLUTION),
-    (math.inf, OVERFLOW), (math.nan, OVERFLOW)])
+    (SingularityError('legs do not reach'), Reason.NO_SOLUTION),
+    (ZeroDivisionError(), Reason.NO_SOLUTION),
+    (math.inf, Reason.STATE_NOT_FINITE), (math.nan, Reason.STATE_NOT_FINITE)])
 def test_a_posture_without_a_state_is_refused_and_the_next_one_used(failure, reason):
     class Fails:
         order, inputs, fails = 0, 3, True
@@ -161,11 +170,13 @@ def test_a_posture_without_a_state_is_refused_and_the_next_one_used(failure, rea
 
     program = Fails()
     pipeline = RobotPipeline(NAMES, MotionSettings())
-    pipeline.want(program)
-    assert pipeline.take(START, NAMES, [0.5, 0, 0], []) is None
+    pipeline.activate(Kinematics(program))
+    assert take(pipeline, START, NAMES, [0.5, 0, 0]) is reason
     assert pipeline.account.refused == {reason: 1}
+    assert pipeline.account.details[reason] == (
+        str(failure) if isinstance(failure, Exception) else '')
     program.fails = False
-    assert pipeline.take(START + MS, NAMES, [0.5, 0, 0], []) == (0.5,)
+    assert take(pipeline, START + MS, NAMES, [0.5, 0, 0]).values == (0.5,)
     assert_balanced(pipeline)
 
 
@@ -187,8 +198,8 @@ def test_hostile_samples_never_raise_nor_lead_to_numbers_that_are_none(source, s
     rng = np.random.default_rng(seed)
     strange = [0.0, 5e-324, 1e6, 1e155, -1e308, math.nan, math.inf, -math.inf]
     delay = 0.02 if seed % 2 and source != 'measured' else 0.0
-    pipeline = make(MotionSettings(source, delay=delay), ('pose', 'accel', 'snap', 'jacobian'))
-    pipeline.want(ARM.compile(outputs=('pose', 'accel', 'snap', 'jacobian')), covariance=True)
+    pipeline = make(MotionSettings(source, delay=delay), ('pose', 'accel', 'snap', 'jacobian'),
+                    covariance=True)
     t = START
     for _ in range(400):
         names = [*NAMES, 'lamp'] if rng.random() < 0.9 else [*NAMES, 'q1']
@@ -200,9 +211,8 @@ def test_hostile_samples_never_raise_nor_lead_to_numbers_that_are_none(source, s
         velocity = velocity if rng.random() < 0.9 else []
         step = rng.choice([0, 1, -5, -10**9, 10**9, 10**17]) if rng.random() < 0.05 else 2 * MS
         t = max(1, t + int(step))
-        values = pipeline.take(t, tuple(names), position, velocity)
-        if values is not None:
-            assert np.all(np.isfinite(values))
-            pipeline.variances(2)
+        state = take(pipeline, t, names, position, velocity)
+        if not isinstance(state, Reason):
+            assert np.all(np.isfinite(state.values))
     assert pipeline.account.outputs > 50
     assert_balanced(pipeline)

@@ -3,8 +3,11 @@
 """An arm, its motion, and samples of it for a pipeline."""
 import numpy as np
 from screw_kinematics import Joint, SerialChain
-from screw_kinematics.pipeline.group_motion import MotionSettings
+from screw_kinematics.errors import Reason
+from screw_kinematics.messages.joint_state import JointSample
+from screw_kinematics.pipeline.kinematics import Kinematics
 from screw_kinematics.pipeline.robot_pipeline import RobotPipeline
+from screw_kinematics.pipeline.settings import MotionSettings
 
 MS = 1_000_000
 START = 1_700_000_000_000_000_000
@@ -23,11 +26,17 @@ def joints(t):
     return a * np.sin(w * t), a * w * np.cos(w * t), -a * w * w * np.sin(w * t)
 
 
-def make(settings=MEASURED, outputs=('twist',), **options):
+def make(settings=MEASURED, outputs=('twist',), covariance=False, **options):
     """Return a pipeline of the arm that wants some outputs."""
     pipeline = RobotPipeline(ARM.joint_names, settings, **options)
-    pipeline.want(ARM.compile(outputs=outputs))
+    pipeline.activate(Kinematics(ARM.compile(outputs=outputs), covariance))
     return pipeline
+
+
+def take(pipeline, stamp_ns, names, position, velocity=()):
+    """Give a sample; return the state it leads to, or the reason."""
+    return pipeline.take(JointSample(
+        stamp_ns, tuple(names), tuple(map(float, position)), tuple(map(float, velocity))))
 
 
 def feed(pipeline, n, start=START, names=NAMES, period=2 * MS, velocity=True):
@@ -36,10 +45,9 @@ def feed(pipeline, n, start=START, names=NAMES, period=2 * MS, velocity=True):
     outputs = []
     for k in range(n):
         q, qd, _ = joints(k * period * 1e-9)
-        values = pipeline.take(start + k * period, names, q[pick].tolist(),
-                               qd[pick].tolist() if velocity else ())
-        if values is not None:
-            outputs.append((pipeline.stamp_ns, values))
+        state = take(pipeline, start + k * period, names, q[pick], qd[pick] if velocity else ())
+        if not isinstance(state, Reason):
+            outputs.append((state.stamp_ns, state.values))
     return outputs
 
 

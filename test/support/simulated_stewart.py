@@ -45,16 +45,17 @@ def legs(t):
 
 def main():
     """Run the node; its estimator 'kalman' gives the exact rates of this motion."""
-    from screw_kinematics.motion import ESTIMATORS
+    from screw_kinematics.motion import ESTIMATORS, JointMotion
     from screw_kinematics.node.main import main as node
 
     class ExactRates(ESTIMATORS['kalman']):
         """Give the rates at the stamp, with the position that was measured."""
 
-        def push(self, stamp, position, velocity=None):
-            length, rate, slope = legs(stamp)
-            self.stamp, self._state = stamp, np.array([position, rate, slope, 0 * rate])
-            return True
+        def step(self, stamp_ns, position, velocity=None):
+            _, rate, slope = legs(stamp_ns * 1e-9)
+            motion = JointMotion(0.0, [*position, *rate.tolist(), *slope.tolist(), *6 * [0.0]])
+            motion.stamp_ns = stamp_ns
+            return motion
 
     ESTIMATORS['kalman'] = ExactRates
     return node()

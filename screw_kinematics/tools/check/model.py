@@ -10,7 +10,6 @@ import numpy as np
 
 from .findings import FACT, Finding, REMARK
 from ...chains.serial_chain import SerialChain
-from ...parallel import ParallelProgram
 
 _POSTURES = 20
 
@@ -44,12 +43,7 @@ def report_model(robot: Any) -> Iterator[Finding]:
     if isinstance(robot, SerialChain):
         yield from _report_freedom(robot)
     program = robot.compile(('pose', 'twist', 'accel'))
-    if isinstance(program, ParallelProgram) and not program.traced:
-        yield Finding(FACT, 'each posture is searched for: passive joints can move by themselves')
-    else:
-        where = ', two Newton steps included' if isinstance(program, ParallelProgram) else ''
-        yield Finding(FACT, 'pose, twist and acceleration take '
-                            f'{program.operations} operations{where}')
+    yield Finding(FACT, f'pose, twist and acceleration take {program.operations} operations')
 
 
 def _report_freedom(robot: SerialChain) -> Iterator[Finding]:
