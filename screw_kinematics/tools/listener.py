@@ -98,6 +98,11 @@ class Listener:
             self._executor.spin_once(timeout_sec=left)
 
 
+def stamp_of(message: Any) -> int:
+    """Return the stamp of a message with a header [ns]."""
+    return int(message.header.stamp.sec) * 1_000_000_000 + int(message.header.stamp.nanosec)
+
+
 def require_ros() -> None:
     """
     Check that ROS can be imported.

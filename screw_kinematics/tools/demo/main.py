@@ -11,10 +11,6 @@ from __future__ import annotations
 import argparse
 from collections.abc import Sequence
 from contextlib import suppress
-import os
-from pathlib import Path
-import re
-import secrets
 import sys
 import time
 from typing import Any
@@ -23,12 +19,12 @@ from rich.console import Console
 from rich.live import Live
 
 from .view import comparison, line, LiveTable, View
-from .truth import stamp_of, Truth
-from .. import console, robot_options
-from ..joint_state_source.main import add_motion_options, checked_rate
-from ..listener import check_names, Listener, require_ros
+from .truth import rows
+from .. import console, stage
+from ..listener import Listener, stamp_of
 from ..processes import Children
-from ...errors import ParameterError, ToolError
+from ..view.main import add_page_options, show_stage
+from ...errors import ToolError
 from ...node.stop_request import StopRequest
 
 EXAMPLES = """\
@@ -36,6 +32,7 @@ EXAMPLES = """\
   demo --once                             one state beside the exact one, then exit
   demo --motion minjerk --rate 500 --delay 0.02
   demo --robot panda.urdf --base panda_link0 --tip panda_hand_tcp --motion multisine
+  demo --view                             the same in the browser
   demo --duration 10 | tee demo.log       plain lines, one a second, for 10 s
 """
 _PATIENCE = 60.0
@@ -45,18 +42,13 @@ _SETTLING = 1.0
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the tool; see ``demo --help``."""
     options = console.parser('demo', __doc__ or '', EXAMPLES)
-    robot_options.add_options(options, default=robot_options.PUMA)
-    add_motion_options(options)
-    options.add_argument('--delay', type=float, default=0.0, metavar='SECONDS',
-                         help='honest delay of the estimator: later, but several times '
-                              'more accurate accelerations (default: 0)')
+    stage.add_options(options)
     options.add_argument('--duration', type=float, metavar='SECONDS',
                          help='end after this time (default: at Ctrl-C)')
     options.add_argument('--once', action='store_true',
                          help='print one state, measured and exact, and exit')
-    # Two demos on one machine would otherwise hear each other's joint states.
-    options.add_argument('--namespace', default=f'demo_{secrets.token_hex(3)}',
-                         help='ROS namespace of the demo (default: one of its own)')
+    options.add_argument('--view', action='store_true', help='show it in the browser')
+    add_page_options(options)
     return console.run(demonstrate, options, argv)
 
 
@@ -70,24 +62,15 @@ def demonstrate(arguments: argparse.Namespace) -> int:
         A process ended by itself, or no state came within a minute.
 
     """
-    require_ros()
-    if not 0 <= arguments.delay <= 1:
-        raise ParameterError('delay', arguments.delay, '0 to 1 s')
-    checked_rate(arguments.rate)
-    check_names(arguments.namespace, ())
-    # The demo talks to itself: nothing of it should reach the robots of the network.
-    os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
-    robot = robot_options.load(arguments)
-    name = re.sub('[^A-Za-z0-9_]', '_', robot.name).strip('_')
-    if not name[:1].isalpha():
-        name = f'robot_{name}'.rstrip('_')
-    truth = Truth(robot, robot_options.motion(robot, arguments.motion), time.time_ns())
+    played = stage.Stage(arguments)
+    if arguments.view:
+        arguments.seconds = float('inf') if arguments.duration is None else arguments.duration
+        with StopRequest() as stop:
+            show_stage(arguments, played, stop)
+        return console.OK
     with StopRequest() as stop, Children() as children:
-        children.start('the node', 'screw_kinematics.node.main', _node(arguments, name))
-        children.start('the joint state publisher',
-                       'screw_kinematics.tools.joint_state_source.main',
-                       _source(arguments, truth.start))
-        with _Watch(arguments, name, truth, children, stop) as watch:
+        played.run(children)
+        with _Watch(arguments, played, children, stop) as watch:
             watch.wait_for_states()
             if arguments.once:
                 watch.show_one()
@@ -96,58 +79,24 @@ def demonstrate(arguments: argparse.Namespace) -> int:
     return console.OK
 
 
-def _node(arguments: argparse.Namespace, name: str) -> list[str]:
-    """Return the command line of the node."""
-    parameters: dict[str, Any] = {
-        'robots': f'[{name}]',
-        f'{name}.description': _absolute(arguments.robot),
-        f'{name}.outputs': '[pose, twist, accel]',
-        f'{name}.estimator.delay': float(arguments.delay),
-    }
-    if arguments.base:
-        parameters[f'{name}.base_frame'] = arguments.base
-    if arguments.tip:
-        parameters[f'{name}.tip_frame'] = arguments.tip
-    out = ['--ros-args', '-r', f'__ns:=/{arguments.namespace}']
-    for key, value in parameters.items():
-        out += ['-p', f'{key}:={value}']
-    return out
-
-
-def _source(arguments: argparse.Namespace, start: int) -> list[str]:
-    """Return the command line of the joint state publisher."""
-    out = [f'--robot={arguments.robot}', f'--motion={arguments.motion}',
-           f'--rate={arguments.rate}', f'--start={start}',
-           f'--namespace=/{arguments.namespace}']
-    if arguments.base:
-        out.append(f'--base={arguments.base}')
-    if arguments.tip:
-        out.append(f'--tip={arguments.tip}')
-    return out
-
-
-def _absolute(model: str) -> str:
-    return model if '://' in model else str(Path(model).absolute())
-
-
 class _Watch:
     """The part of the demo that listens and shows."""
 
-    def __init__(self, arguments: argparse.Namespace, name: str, truth: Truth,
+    def __init__(self, arguments: argparse.Namespace, played: stage.Stage,
                  children: Children, stop: StopRequest) -> None:
         from geometry_msgs.msg import AccelStamped, PoseStamped, TwistStamped
         from sensor_msgs.msg import JointState
         self._arguments = arguments
-        self._truth = truth
+        self._stage = played
         self._children = children
         self._stop = stop
-        self._outputs = [f'{name}/{output}' for output in ('pose', 'twist', 'accel')]
+        self._outputs = [f'{played.name}/{output}' for output in stage.OUTPUTS]
         kinds = dict(zip(self._outputs, (PoseStamped, TwistStamped, AccelStamped)))
         self._listener = Listener({'joint_states': JointState, **kinds}, 'demo',
-                                  f'/{arguments.namespace}')
+                                  f'/{played.namespace}')
         self._terminal = Console(highlight=False)
-        base, tip = truth.robot.base_frame, truth.robot.tip_frame
-        self._title = f'/{arguments.namespace}/{name}, motion {arguments.motion}'
+        base, tip = played.robot.base_frame, played.robot.tip_frame
+        self._title = f'/{played.namespace}/{played.name}, motion {arguments.motion}'
         self._frames = (f'motion of {tip} relative to {base}; axes of {base}; '
                         f'reference point: origin of {tip}')
 
@@ -202,8 +151,8 @@ class _Watch:
         pose, twist, accel = self._matching()
         stamp = stamp_of(twist)
         return View(
-            self._title, self._frames, self._truth.elapsed(stamp),
-            self._truth.rows(stamp, pose.pose, twist.twist, accel.accel),
+            self._title, self._frames, self._stage.elapsed(stamp),
+            rows(self._stage.exact(stamp), pose.pose, twist.twist, accel.accel),
             {topic: stream.rate() for topic, stream in self._listener.streams.items()},
             (time.time_ns() - stamp) * 1e-9, self._arguments.delay)
 

@@ -3,79 +3,50 @@
 """Measured states out of the node's messages, each beside the exact one at its stamp."""
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from .view import Row
-from ..reference_motions import ReferenceMotion
+from ...screws.body_state import BodyState
 from ...screws.rotations import roll_pitch_yaw, rotation_from_quaternion
 from ...screws.screw import screw_of_twist
 from ...screws.se3 import Array
 
 
-@dataclass(frozen=True)
-class Truth:
+def rows(exact: BodyState, pose: Any, twist: Any, accel: Any) -> tuple[Row, ...]:
     """
-    The exact state of a robot in a reference motion.
+    Return the rows of a view from messages of the node with one stamp.
 
     Parameters
     ----------
-    robot : SerialChain
-    motion : ReferenceMotion
-    start : int
-        Epoch time of the motion's t = 0 [ns].
+    exact : BodyState
+        The true state at the stamp.
+    pose, twist, accel : geometry_msgs.msg.Pose, Twist, Accel
+        Of the tip, in base axes.
 
     """
-
-    robot: Any
-    motion: ReferenceMotion
-    start: int
-
-    def elapsed(self, stamp: int) -> float:
-        """Return the motion's time at an epoch time in ns [s]."""
-        return (stamp - self.start) * 1e-9
-
-    def rows(self, stamp: int, pose: Any, twist: Any, accel: Any) -> tuple[Row, ...]:
-        """
-        Return the rows of a view from messages of the node with one stamp.
-
-        Parameters
-        ----------
-        stamp : int
-            Epoch time of the messages [ns].
-        pose, twist, accel : geometry_msgs.msg.Pose, Twist, Accel
-            Of the tip, in base axes.
-
-        """
-        exact = self.robot.state(*self.motion.derivatives(self.elapsed(stamp), 2))
-        velocity, exact_velocity = _six(twist), exact.classical(1)
-        acceleration, exact_acceleration = _six(accel), exact.classical(2)
-        position, exact_position = _xyz(pose.position), exact.pose[:3, 3]
-        rotation = rotation_from_quaternion(_xyzw(pose.orientation))
-        exact_angles = _degrees(exact.pose[:3, :3])
-        screw, exact_screw = screw_of_twist(velocity), screw_of_twist(exact_velocity)
-        return (
-            Row('position', 'p', 'm', position, exact_position),
-            Row('roll, pitch, yaw', 'rpy', 'deg', _nearest(_degrees(rotation), exact_angles),
-                exact_angles),
-            Row('angular velocity', 'w', 'rad/s', velocity[:3], exact_velocity[:3]),
-            Row('linear velocity', 'v', 'm/s', velocity[3:], exact_velocity[3:]),
-            Row('angular acceleration', 'alpha', 'rad/s2', acceleration[:3],
-                exact_acceleration[:3]),
-            Row('linear acceleration', 'a', 'm/s2', acceleration[3:],
-                exact_acceleration[3:]),
-            Row('screw axis direction', 's', '', screw.axis, exact_screw.axis),
-            Row('screw axis point', 'c', 'm', position + screw.point,
-                exact_position + exact_screw.point),
-            Row('pitch', 'h', 'm/rad', screw.pitch[None], exact_screw.pitch[None]),
-        )
-
-
-def stamp_of(message: Any) -> int:
-    """Return the stamp of a message with a header [ns]."""
-    return int(message.header.stamp.sec) * 1_000_000_000 + int(message.header.stamp.nanosec)
+    velocity, exact_velocity = _six(twist), exact.classical(1)
+    acceleration, exact_acceleration = _six(accel), exact.classical(2)
+    position, exact_position = _xyz(pose.position), exact.pose[:3, 3]
+    rotation = rotation_from_quaternion(_xyzw(pose.orientation))
+    exact_angles = _degrees(exact.pose[:3, :3])
+    screw, exact_screw = screw_of_twist(velocity), screw_of_twist(exact_velocity)
+    return (
+        Row('position', 'p', 'm', position, exact_position),
+        Row('roll, pitch, yaw', 'rpy', 'deg', _nearest(_degrees(rotation), exact_angles),
+            exact_angles),
+        Row('angular velocity', 'w', 'rad/s', velocity[:3], exact_velocity[:3]),
+        Row('linear velocity', 'v', 'm/s', velocity[3:], exact_velocity[3:]),
+        Row('angular acceleration', 'alpha', 'rad/s2', acceleration[:3],
+            exact_acceleration[:3]),
+        Row('linear acceleration', 'a', 'm/s2', acceleration[3:],
+            exact_acceleration[3:]),
+        Row('screw axis direction', 's', '', screw.axis, exact_screw.axis),
+        Row('screw axis point', 'c', 'm', position + screw.point,
+            exact_position + exact_screw.point),
+        Row('pitch', 'h', 'm/rad', screw.pitch[None], exact_screw.pitch[None]),
+    )
 
 
 def _xyz(vector: Any) -> Array:

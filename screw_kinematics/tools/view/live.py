@@ -1,0 +1,150 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Robots as the node publishes their states, by the newest message of each topic."""
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Sequence
+from types import TracebackType
+from typing import Any
+
+import numpy as np
+
+from .motion import ShownMotion, Snapshot
+from .panel import SPAN
+from ..listener import Listener, require_ros, stamp_of
+from ...screws.body_state import BodyState
+from ...screws.se3 import Array
+
+Exact = Callable[[int], BodyState]
+"""The true state at an epoch time in ns."""
+
+_REMEMBERED = 64    # joint samples
+
+
+class LiveRobots:
+    """
+    Listens to the node and to the joint states that it gets.
+
+    Parameters
+    ----------
+    motions : sequence of ShownMotion
+        The robots; snapshots are appended to them.
+    joint_topics : sequence of sequence of str
+        Topics of each one's joint states.
+    namespace : str
+        Of the node.
+    exact : callable, optional
+        Gives the truth, where it is known.
+
+    """
+
+    def __init__(self, motions: Sequence[ShownMotion], joint_topics: Sequence[Sequence[str]],
+                 namespace: str, exact: Exact | None = None) -> None:
+        require_ros()
+        from diagnostic_msgs.msg import DiagnosticArray
+        from geometry_msgs.msg import AccelStamped, TwistStamped
+        from sensor_msgs.msg import JointState
+        topics = {topic: JointState for robot in joint_topics for topic in robot}
+        for motion in motions:
+            topics[f'{motion.name}/twist'] = TwistStamped
+            topics[f'{motion.name}/accel'] = AccelStamped
+        topics['/diagnostics'] = DiagnosticArray
+        self._listener = Listener(topics, 'screw_kinematics_view', f'/{namespace.strip("/")}')
+        self._robots = [_LiveRobot(motion, topics, self._listener, exact)
+                        for motion, topics in zip(motions, joint_topics)]
+
+    def __enter__(self) -> LiveRobots:
+        self._listener.__enter__()
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
+                 traceback: TracebackType | None) -> None:
+        self._listener.__exit__(kind, error, traceback)
+
+    def listen(self, seconds: float) -> None:
+        """Receive messages for a while, and take what is new."""
+        self._listener.listen(seconds)
+        diagnostics = self._listener.streams['/diagnostics'].message()
+        for robot in self._robots:
+            robot.take()
+            if diagnostics is not None:
+                robot.read_doubts(diagnostics)
+
+    def silent(self) -> list[str]:
+        """Return the topics on which nothing has come yet, but for the diagnostics."""
+        return [topic for topic, stream in self._listener.streams.items()
+                if not stream.count and topic != '/diagnostics']
+
+
+class _LiveRobot:
+    """The newest states of one robot."""
+
+    def __init__(self, motion: ShownMotion, joint_topics: Sequence[str], listener: Listener,
+                 exact: Exact | None) -> None:
+        self._motion = motion
+        self._joints = [listener.streams[topic] for topic in joint_topics]
+        self._states = [listener.streams[f'{motion.name}/{output}']
+                        for output in ('twist', 'accel')]
+        self._exact = exact
+        self._positions: dict[str, float] = {}
+        self._samples: deque[tuple[int, Array]] = deque(maxlen=_REMEMBERED)
+        self._start: int | None = None
+
+    def take(self) -> None:
+        """Take the newest joint positions and states, if there are new ones."""
+        names = self._motion.robot.joint_names
+        for stream in self._joints:
+            message = stream.message()
+            if message is not None and len(message.position) == len(message.name):
+                self._positions.update(zip(message.name, message.position))
+                if all(name in self._positions for name in names):
+                    q = np.array([self._positions[name] for name in names])
+                    stamp = stamp_of(message)
+                    if np.isfinite(q).all() and (
+                            not self._samples or stamp > self._samples[-1][0]):
+                        self._samples.append((stamp, q))
+        twist, accel = (stream.message() for stream in self._states)
+        if twist is None or accel is None or not self._samples:
+            return
+        stamp = stamp_of(twist)
+        if stamp != stamp_of(accel):
+            return      # the other one is still on its way
+        if self._start is None:
+            self._start = stamp
+        time = (stamp - self._start) * 1e-9
+        snapshots = self._motion.snapshots
+        if snapshots and time < snapshots[-1].time:     # the clock was set back
+            snapshots.clear()
+        if not snapshots or time > snapshots[-1].time:
+            self._motion.append(self._snapshot(time, stamp, twist.twist, accel.accel), SPAN)
+
+    def read_doubts(self, diagnostics: Any) -> None:
+        """Take the doubts that the node has about this robot."""
+        for status in diagnostics.status:
+            if status.name.rpartition(': ')[2] == self._motion.name:
+                values = {item.key: item.value for item in status.values}
+                self._motion.doubts = [doubt for doubt in values.get('doubts', '').split('; ')
+                                       if doubt]
+
+    def _snapshot(self, time: float, stamp: int, twist: Any, accel: Any) -> Snapshot:
+        q = self._joints_at(stamp)
+        robot = self._motion.robot
+        exact = None
+        if self._exact is not None:
+            state = self._exact(stamp)
+            exact = np.array([state.classical(1), state.classical(2)])
+        return Snapshot(time, q, robot.skeleton(q), robot.state(q).pose, _six(twist),
+                        _six(accel), exact=exact)
+
+    def _joints_at(self, stamp: int) -> Array:
+        """Return the joint positions at an instant, which may be before the newest ones."""
+        stamps = np.array([sample[0] for sample in self._samples], dtype=np.int64)
+        values = np.array([sample[1] for sample in self._samples])
+        at = (stamps - stamps[0]).astype(float)
+        return np.array([np.interp(float(stamp - stamps[0]), at, column) for column in values.T])
+
+
+def _six(part: Any) -> Array:
+    return np.array([part.angular.x, part.angular.y, part.angular.z,
+                     part.linear.x, part.linear.y, part.linear.z])

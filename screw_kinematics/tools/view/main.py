@@ -1,0 +1,165 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""
+Show a robot and its measured motion in the browser.
+
+From a recording, smoothed; from a running node; or from the demo's robot, beside the truth:
+links or skeleton, the tip's trail, twist, acceleration and screw axis as arrows with their
+scales, time series, and the estimator's doubts. The page answers this machine only, unless
+--host says otherwise.
+"""
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from pathlib import Path
+import sys
+import time
+from typing import Any
+
+from .live import LiveRobots
+from .motion import ShownMotion
+from .page import open_server, Page, RATE
+from .recorded import recorded_motions
+from .. import console, robot_options, stage
+from ..processes import Children
+from ...errors import ParameterError, ToolError
+from ...node.stop_request import StopRequest
+from ...pipeline.parameter_file import read_robots, robot_settings
+from ...pipeline.robot_model import build_model
+from ...pipeline.settings import RobotSettings
+
+EXAMPLES = """\
+  view recording --robot panda.urdf --tip panda_hand_tcp
+  view run.mcap --params-file kinematic_states.yaml --port 8090
+  view --live --params-file kinematic_states.yaml
+  view --demo                                the node watching a robot, beside the truth
+  view recording --robot panda.urdf --output run.rrd      a file for Rerun, no page
+"""
+_PATIENCE = 60.0
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the tool; see ``view --help``."""
+    options = console.parser('view', __doc__ or '', EXAMPLES)
+    options.add_argument('recording', nargs='?', help='a bag, or a table of joint states')
+    options.add_argument('--live', action='store_true', help='what the running node publishes')
+    options.add_argument('--demo', action='store_true', help='a robot in a known motion, and '
+                                                             'the node that watches it')
+    options.add_argument('--params-file', type=Path, metavar='FILE',
+                         help='robots and settings, as the node has them')
+    options.add_argument('--name', default='robot', help='of the robot of --robot, which its '
+                                                         'topics begin with (default: robot)')
+    options.add_argument('--topic', default='joint_states', help='of its joint states')
+    stage.add_options(options)
+    options.set_defaults(robot=None, namespace=None)
+    add_page_options(options)
+    options.add_argument('--output', type=Path, metavar='FILE.rrd',
+                         help='write a Rerun file instead of opening a page')
+    return console.run(_view, options, argv)
+
+
+def add_page_options(options: argparse.ArgumentParser) -> None:
+    """Add where the page is, and how long."""
+    options.add_argument('--host', default='127.0.0.1', help='address that the page answers at '
+                         '(default: 127.0.0.1, this machine only; 0.0.0.0: everybody)')
+    options.add_argument('--port', type=int, default=8080, help='default: 8080')
+    options.add_argument('--seconds', type=float, default=float('inf'), metavar='S',
+                         help='end after this time (default: at Ctrl-C)')
+
+
+def _view(arguments: argparse.Namespace) -> int:
+    sources = [bool(arguments.recording), arguments.live, arguments.demo]
+    if sum(sources) != 1:
+        raise ParameterError('recording', arguments.recording,
+                             'one of a recording, --live and --demo')
+    if arguments.demo:
+        arguments.robot = arguments.robot or robot_options.PUMA
+        arguments.namespace = arguments.namespace or stage.own_namespace()
+        with StopRequest() as stop:
+            show_stage(arguments, stage.Stage(arguments), stop)
+        return console.OK
+    settings = _settings(arguments)
+    if arguments.live:
+        with StopRequest() as stop:
+            _show_live(arguments, settings, stop)
+        return console.OK
+    motions = recorded_motions(arguments.recording, settings, arguments.namespace or '')
+    if arguments.output is not None:
+        from .rerun_file import write_rerun
+        write_rerun(arguments.output, motions)
+        print(f'{arguments.output}: {sum(len(m.snapshots) for m in motions)} states')
+        return console.OK
+    with StopRequest() as stop:
+        _show(arguments, motions, False, stop, time.sleep)
+    return console.OK
+
+
+def show_stage(arguments: argparse.Namespace, played: stage.Stage, stop: StopRequest) -> None:
+    """Show the demo's robot, the node's states beside the truth, until asked to stop."""
+    motion = ShownMotion(played.name, played.robot, description=arguments.robot)
+    with Children() as children:
+        played.run(children)
+        with LiveRobots([motion], [['joint_states']], played.namespace, played.exact) as robots:
+            def listen(seconds: float) -> None:
+                robots.listen(seconds)
+                children.check()
+            _wait(robots, [motion], listen, stop)
+            _show(arguments, [motion], True, stop, listen)
+
+
+def _show_live(arguments: argparse.Namespace, settings: Sequence[RobotSettings],
+               stop: StopRequest) -> None:
+    for robot in settings:
+        if not robot.description:
+            raise ParameterError(f'{robot.name}.description', '', 'a model, also with --live')
+    motions = [ShownMotion(robot.name, build_model(robot), description=robot.description)
+               for robot in settings]
+    topics = [list(robot.joint_states_topic) for robot in settings]
+    with LiveRobots(motions, topics, arguments.namespace or '') as robots:
+        _wait(robots, motions, robots.listen, stop)
+        _show(arguments, motions, True, stop, robots.listen)
+
+
+def _wait(robots: LiveRobots, motions: Sequence[ShownMotion], listen: Callable[[float], None],
+          stop: StopRequest) -> None:
+    """Wait until there is a state of every robot."""
+    end = time.monotonic() + _PATIENCE
+    while not all(motion.snapshots for motion in motions):
+        listen(0.1)
+        if stop.made:
+            raise KeyboardInterrupt
+        if time.monotonic() > end:
+            raise ToolError(f'no state within {_PATIENCE:.0f} s; nothing on: '
+                            f'{", ".join(robots.silent()) or "none of the topics"}')
+
+
+def _show(arguments: argparse.Namespace, motions: Sequence[ShownMotion], live: bool,
+          stop: StopRequest, wait: Callable[[float], None]) -> None:
+    server = open_server(arguments.host, arguments.port)
+    try:
+        page = Page(server, motions, live)
+        print(f'http://{arguments.host}:{server.get_port()} shows '
+              f'{", ".join(motion.name for motion in motions)}; Ctrl-C ends it', flush=True)
+        begin = last = time.monotonic()
+        with suppress(KeyboardInterrupt):
+            while not stop.made and (now := time.monotonic()) - begin < arguments.seconds:
+                page.step(now - last)
+                last = now
+                wait(max(1 / RATE - (time.monotonic() - now), 1e-3))
+    finally:
+        server.stop()
+
+
+def _settings(arguments: argparse.Namespace) -> list[RobotSettings]:
+    if arguments.params_file is not None:
+        return read_robots(arguments.params_file, {}, arguments.namespace or '')
+    given: dict[str, Any] = {
+        'description': arguments.robot or '', 'base_frame': arguments.base or '',
+        'tip_frame': arguments.tip or '', 'joint_states_topic': arguments.topic}
+    return [robot_settings(arguments.name, given)]
+
+
+if __name__ == '__main__':
+    sys.exit(main())
