@@ -10,6 +10,7 @@ screws predict, and a step over a direct singularity, where assembly modes meet,
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -19,14 +20,10 @@ from .loop_closure import close_loops, MAX_ITERATIONS, Solution
 from ..errors import AssemblyModeError, ScrewKinematicsError, SingularityError
 from ..screws.se3 import Array
 
-__all__ = ['check_same_mode', 'follow']
+__all__ = ['check_same_mode', 'Effort', 'follow']
 
-ATTEMPTS = 1000
-"""Steps, taken or refused, after which a search is given up."""
 LONGEST = 0.3
 """Longest predicted motion of a passive joint in one step [rad, m by the length]."""
-SHORTEST = 1e-5
-"""Part of the way below which a step is given up."""
 NEARLY_CLOSED = 1e-6
 """Misfit below which slow convergence means a singularity, not an open loop."""
 SAME = 1e-6
@@ -35,9 +32,28 @@ SINGULAR = 1e-6
 """Value of the direct conditioning from which on a posture counts as singular."""
 
 
+class Effort(NamedTuple):
+    """
+    How long a way is searched for.
+
+    Parameters
+    ----------
+    steps : int
+        Steps, taken or refused, after which the search is given up.
+    iterations : int
+        Newton steps in each of them.
+    shortest : float
+        Part of the way below which a step is given up.
+
+    """
+
+    steps: int = 1000
+    iterations: int = MAX_ITERATIONS
+    shortest: float = 1e-5
+
+
 def follow(limbs: Limbs, start: ClosedPosture, target: Array, closed: float,
-           attempts: int = ATTEMPTS, iterations: int = MAX_ITERATIONS,
-           shortest: float = SHORTEST) -> ClosedPosture:
+           effort: Effort = Effort()) -> ClosedPosture:
     """
     Return the posture for given actuators, in the assembly mode of another posture.
 
@@ -51,12 +67,8 @@ def follow(limbs: Limbs, start: ClosedPosture, target: Array, closed: float,
         Positions of the actuated joints [rad, m].
     closed : float
         Largest misfit of a closed loop.
-    attempts : int
-        Steps, taken or refused, after which the search is given up.
-    iterations : int
-        Newton steps in each of them.
-    shortest : float
-        Part of the way below which a step is given up.
+    effort : Effort
+        How long to search.
 
     Returns
     -------
@@ -75,17 +87,17 @@ def follow(limbs: Limbs, start: ClosedPosture, target: Array, closed: float,
     here, left, share, total = start, 1.0, 1.0, 0
     way = _way(limbs, start.actuated, target)
     reason: ScrewKinematicsError | None = None
-    for _ in range(attempts):
+    for _ in range(effort.steps):
         remaining = left * way
         _, passive = here.system.solve_platform(here.system.actuated_motion(remaining))
         predicted = np.concatenate([remaining, passive[limbs.slot_of]])
         longest = float((np.abs(predicted) * limbs.scale).max())
         share = min(share, LONGEST / max(longest, LONGEST))
         try:
-            there = _step(limbs, here, share * predicted, closed, iterations)
+            there = _step(limbs, here, share * predicted, closed, effort.iterations)
         except ScrewKinematicsError as error:
             reason, share = error, share / 2
-            if share * left < shortest:
+            if share * left < effort.shortest:
                 break
             continue
         total += there.iterations
@@ -93,10 +105,10 @@ def follow(limbs: Limbs, start: ClosedPosture, target: Array, closed: float,
         if share == 1.0:
             return replace(here, iterations=total)
         share = min(1.0, 2 * share / (1 - share))
-    if attempts > 1 or reason is None:
-        reason = _verdict(limbs, here, left * way, closed, iterations) or reason
+    if effort.steps > 1 or reason is None:
+        reason = _verdict(limbs, here, left * way, closed, effort.iterations) or reason
     raise reason or AssemblyModeError(
-        f'the way is too long for {attempts} steps {limbs.at(target)}')
+        f'the way is too long for {effort.steps} steps {limbs.at(target)}')
 
 
 def check_same_mode(limbs: Limbs, posture: ClosedPosture, expected: ClosedPosture) -> None:

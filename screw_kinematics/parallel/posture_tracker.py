@@ -9,20 +9,19 @@ from typing import NamedTuple
 import numpy as np
 
 from .closed_posture import ClosedPosture
-from .continuation import follow
+from .continuation import Effort, follow
 from .limbs import Limbs
 from .rates import platform_states
 from .screw_system import ScrewSystem
-from .traced_newton import Found, Moving, NearbySteps
+from .traced_newton import Moving, NearbySteps, NextPosture
 from ..errors import ScrewKinematicsError
 from ..screws.rigid import row_of_pose
 from ..screws.se3 import Array
 
-__all__ = ['Solved', 'Stream']
+__all__ = ['PostureTracker', 'Solved']
 
-THOROUGH, BRIEF = (40, 8, 1e-3), (1, 4, 1.0)
-"""Effort of a search: parts of the way, Newton steps in each, smallest part."""
-PATIENT, SELDOM = 16, 8
+THOROUGH, BRIEF = Effort(40, 8, 1e-3), Effort(1, 4, 1.0)
+FAILURES_BEFORE_PAUSE, PAUSE = 16, 8
 """After so many samples without a posture in a row, only every so many-th is searched for."""
 
 
@@ -35,7 +34,7 @@ class Solved(NamedTuple):
     passive_rates: Sequence[float]
 
 
-class Stream:
+class PostureTracker:
     """
     The posture of a manipulator, going on from sample to sample.
 
@@ -64,10 +63,15 @@ class Stream:
         # Limbs with dependent passive screws (a leg free to spin) are not traced.
         self._nearby = None if np.any(ranks.kept.sum(axis=1) < joints) else NearbySteps(
             limbs, ranks, order, with_jacobian, closed)
-        self._found: Found | None = None
+        self._found: NextPosture | None = None
         self._moving = Moving((), (), ())
         self._refusal: ScrewKinematicsError | None = None
         self.reset()
+
+    @property
+    def operations(self) -> int | None:
+        """Return how many a sample near the last one takes; None where steps are not traced."""
+        return None if self._nearby is None else self._nearby.operations
 
     def reset(self) -> None:
         """Forget the stream: the next sample is found from the home posture."""
@@ -87,7 +91,7 @@ class Stream:
         if self._nearby is not None:
             self._moving = self._nearby.moving(posture)
 
-    def advance(self, values: Sequence[float]) -> Solved:
+    def update(self, values: Sequence[float]) -> Solved:
         """
         Go on to a sample.
 
@@ -120,7 +124,7 @@ class Stream:
             seen.append(posture.system.jacobian.ravel())
         return Solved(np.concatenate(seen).tolist(), posture.passive.tolist(), rates)
 
-    def _as_posture(self, found: Found) -> ClosedPosture:
+    def _as_posture(self, found: NextPosture) -> ClosedPosture:
         """Return a posture found nearby, with its screws; the working mode is as before."""
         n = len(self._limbs.actuated)
         joints = np.array([*found.moving.actuated, *found.moving.carried[:self._n_passive]])
@@ -137,7 +141,7 @@ class Stream:
         # A search in vain takes long: while samples fail it is made ever more rarely.
         n = self._failures
         self._failures += 1
-        if n > PATIENT and n % SELDOM and self._refusal is not None:
+        if n > FAILURES_BEFORE_PAUSE and n % PAUSE and self._refusal is not None:
             raise self._refusal.with_traceback(None)
         effort, starts = BRIEF, [self.posture]
         if n & (n - 1) == 0 or n % 512 == 0:
@@ -146,7 +150,7 @@ class Stream:
                 starts = starts[n.bit_length() % 2:][:1]
         for start in starts:
             try:
-                posture = follow(self._limbs, start, q, self._closed, *effort)
+                posture = follow(self._limbs, start, q, self._closed, effort)
             except ScrewKinematicsError as error:
                 self._refusal = error
             else:

@@ -12,7 +12,7 @@ import numpy as np
 from .closed_posture import ClosedPosture, posture_of
 from .limbs import Limbs
 from .loop_closure import close_loops
-from .posture_tracker import Stream
+from .posture_tracker import PostureTracker
 from ..errors import ClosureError, InvalidValueError
 from ..programs.instructions import StraightLine
 from ..programs.program import Program
@@ -73,19 +73,34 @@ class ParallelProgram(Program):
                             manipulator.characteristic_length)
         self._home = manipulator.home
         self._closed = manipulator.closure_tolerance
-        self._stream = Stream(self._limbs, self._home, self._closed, order,
-                              'jacobian' in outputs)
+        self._tracker = PostureTracker(self._limbs, self._home, self._closed, order,
+                                       'jacobian' in outputs)
         self.evaluate = self._evaluate
         self.reset()
 
     @property
     def posture(self) -> ClosedPosture:
         """Return the last good posture."""
-        return self._stream.posture
+        return self._tracker.posture
 
     @posture.setter
     def posture(self, posture: ClosedPosture) -> None:
-        self._stream.posture = posture
+        self._tracker.posture = posture
+
+    @property
+    def operations(self) -> int:
+        """
+        Return how many operations a sample near the last one takes, two Newton steps in it.
+
+        0 where postures are searched for (:attr:`traced` is False): that takes as it comes.
+        """
+        steps = self._tracker.operations
+        return 0 if steps is None else steps + super().operations
+
+    @property
+    def traced(self) -> bool:
+        """Whether samples near the last one take traced steps, and no search."""
+        return self._tracker.operations is not None
 
     @property
     def passive_rates(self) -> list[Array]:
@@ -95,7 +110,7 @@ class ParallelProgram(Program):
 
     def reset(self) -> None:
         """Forget the stream: the next sample is found from the home posture."""
-        self._stream.reset()
+        self._tracker.reset()
         self._rates: Sequence[float] = ()
 
     def continue_from(self, before: Program) -> None:
@@ -190,7 +205,7 @@ class ParallelProgram(Program):
             'a parallel manipulator has no source text; its postures are found by iteration')
 
     def _evaluate(self, values: Sequence[float]) -> Sequence[float]:
-        solved = self._stream.advance(values)
+        solved = self._tracker.update(values)
         n = len(self.passive_joint_names)
         self._rates = solved.passive_rates
         numbers = solved.seen

@@ -15,7 +15,7 @@ from .screw_system import Ranks
 from .traced_step import LARGEST_TURN, trace_first_step, trace_step, work_places
 from ..programs.machine import machine
 
-__all__ = ['Found', 'Moving', 'NearbySteps']
+__all__ = ['Moving', 'NearbySteps', 'NextPosture']
 
 LONGEST = 0.1
 """Longest way of an actuated joint from sample to sample [rad, m by the length]."""
@@ -24,7 +24,7 @@ NEAR = 0.03
 NEARLY = 1e-5
 """A Newton step after which the next one is likely the last."""
 ITERATIONS = 5
-STIFFEST, LIMP = 1e6, 1e4
+MAX_STIFFNESS, MAX_LIMB_STIFFNESS = 1e6, 1e4
 """Squared inverse distances to singularities, of platform and limbs, up to which orthogonal
 columns are accurate."""
 APART = 0.25
@@ -41,8 +41,8 @@ class Moving(NamedTuple):
     """Passive joints, their derivatives by order (at least the first), and memory."""
 
 
-class Found(NamedTuple):
-    """The next posture."""
+class NextPosture(NamedTuple):
+    """What was found near the last posture."""
 
     moving: Moving
     seen: Sequence[float]
@@ -81,8 +81,10 @@ class NearbySteps:
         self._wraps = [int(k) for k in limbs.wraps.nonzero()[0]]
         self._longest = (LONGEST / limbs.scale[:self._dof]).tolist()
         # All but the step takes as long as the step, which does not need it.
-        self._first = machine(trace_first_step(limbs, rows, max(order, 1)))
+        first = trace_first_step(limbs, rows, max(order, 1))
         whole = trace_step(limbs, rows, order, with_jacobian)
+        self.operations = len(first.operations) + len(whole.line.operations)
+        self._first = machine(first)
         self._whole, at = machine(whole.line), whole.slices
         self._tests, self._margins, self._misfit = at['tests'], at['margins'], at['misfit']
         self._seen = slice(at['pose'].start, at['jacobian'].stop)
@@ -97,7 +99,7 @@ class NearbySteps:
             *posture.system.rows.ravel().tolist(),
             *posture.system.work[self._places].tolist()])
 
-    def find(self, before: Moving, values: Sequence[float]) -> Found | None:
+    def find(self, before: Moving, values: Sequence[float]) -> NextPosture | None:
         """
         Return the next posture and its rates; None if it is not certainly the next one.
 
@@ -136,15 +138,15 @@ class NearbySteps:
             return None
         turn, change, stiffness, limp = out[self._tests]
         misfit = out[self._misfit]
-        if not (turn <= LARGEST_TURN**2 and change * stiffness <= APART and limp <= LIMP
-                and stiffness <= STIFFEST and min(out[self._margins]) >= 0
+        if not (turn <= LARGEST_TURN**2 and change * stiffness <= APART
+                and limp <= MAX_LIMB_STIFFNESS and stiffness <= MAX_STIFFNESS and min(out[self._margins]) >= 0
                 and max(misfit) <= self._largest_misfit):
             return None
         carried: Sequence[float] = out[self._carried]
         if not self._order:     # the way itself, in the time of one sample
             given = way
             carried = [*passive, *map(sub, passive, before.carried), *out[self._memory]]
-        return Found(Moving(actuated, given, carried), out[self._seen], misfit, iteration)
+        return NextPosture(Moving(actuated, given, carried), out[self._seen], misfit, iteration)
 
 
 def _duration(before: Moving, way: Sequence[float]) -> tuple[float, float]:

@@ -129,6 +129,8 @@ class Program:
         Returns
         -------
         dict from str to array, shape (N, size of the output)
+            The pose is a row of twelve numbers: position, then rotation by rows, which
+            :func:`~screw_kinematics.screws.rigid.pose_from_row` makes a (4, 4) matrix.
             Views of ``out``.
 
         """

@@ -256,16 +256,20 @@ def exact_decimal(x: Any, tolerance: float = NEAR) -> Any:
 
     """
     if isinstance(x, sympy.Basic):
-        return _without_floats(x)
+        return _without_floats(x, tolerance)
     x = float(x)
     short = round(x, _MICROMETRE)
     return sympy.Rational(repr(
         short if abs(x - short) <= tolerance else round(x, _PICOMETRE)))
 
 
-def _without_floats(x: Any) -> Any:
-    return x.xreplace({f: _root(float(f), _ROUNDING) or exact_decimal(float(f), 0.0)
-                       for f in x.atoms(sympy.Float)})
+def _without_floats(x: Any, tolerance: float) -> Any:
+    """Return an expression whose coefficients are roots of fractions, or decimal numbers."""
+    exact = {}
+    for f in x.atoms(sympy.Float):
+        root = _root(float(f), tolerance)
+        exact[f] = exact_decimal(float(f), tolerance) if root is None else root
+    return x.xreplace(exact)
 
 
 def _root(x: float, tolerance: float) -> Any:
@@ -288,7 +292,7 @@ def _turn(angle: float, tolerance: float) -> Any:
 def _direction(vector: Array, tolerance: float) -> Array:
     """Return a unit vector by roots of fractions, or by two angles, or as it is."""
     if vector.dtype == object:
-        return sympy_array([_without_floats(sympy.sympify(x)) for x in vector])
+        return sympy_array([_without_floats(sympy.sympify(x), tolerance) for x in vector])
     x, y, z = vector.tolist()
     roots = [_root(c, tolerance) for c in (x, y, z)]
     if None not in roots and sum(root ** 2 for root in roots) == 1:

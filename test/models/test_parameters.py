@@ -47,6 +47,16 @@ def test_lengths_stay_symbols_for_formulas(tmp_path):
     np.testing.assert_allclose(found, expected.velocity, rtol=0, atol=1e-14)
 
 
+def test_rows_with_symbols_and_rounded_quarter_turns_are_exact(tmp_path):
+    symbolic = pytest.importorskip('screw_kinematics.symbolic.expressions')
+    robot = load(tmp_path, """
+dh: {convention: standard, rows: [{name: s, a: L1}, {name: e, a: L2, alpha: 1.57079632679}]}
+tool: {xyz: [0, 0, 2*c]}""", symbol=symbolic.parameter)
+    pose = symbolic.symbolic_state(robot, 1).pose
+    assert str(pose[0, 3]) == 'L1*cos(q1) + L2*cos(q1 + q2) + 2*c*sin(q1 + q2)'
+    assert pose[2].tolist() == [0, 1, 0, 0]
+
+
 @pytest.mark.parametrize('change, message', [
     (('b]', 'b]'), r"xyz: got .*'b'.*; allowed: 3 finite numbers"),
     (('a: 250', 'a: '), "parameter 'a' has no value; only formulas"),

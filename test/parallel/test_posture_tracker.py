@@ -42,7 +42,7 @@ def searched(manipulator, outputs, motion):
 
 def traced(program):
     """Return whether the last sample took traced steps."""
-    return program._stream._found is not None
+    return program._tracker._found is not None
 
 
 @pytest.mark.parametrize('name', ROBOTS)

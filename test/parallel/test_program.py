@@ -144,3 +144,10 @@ def test_results_go_where_they_are_wanted():
     results = program.batch(*[part[None] for part in joints], out=out)
     assert np.shares_memory(results['pose'], out)
     np.testing.assert_allclose(results['pose'][0], expected['pose'], atol=1e-12)
+
+
+def test_operations_are_those_of_the_steps_that_a_sample_takes():
+    """More are needed for more outputs, far more than for an arm of as many joints."""
+    twist, more = (load('stewart_6ups').compile(outputs).operations for outputs in (
+        ('twist',), ('pose', 'twist', 'accel', 'jacobian')))
+    assert 2000 < twist < more < 30_000

@@ -189,6 +189,13 @@ def test_freedom_of_the_planar_arm(capsys):
     assert 'tool moves in 3 of 6 directions' in capsys.readouterr().out
 
 
+def test_operations_of_a_parallel_robot_are_those_of_its_newton_steps(capsys):
+    assert check.main(['model', str(ROBOTS / 'stewart_6ups.yaml')]) == 0
+    (count,) = re.findall(r'take (\d+) operations, two Newton steps included',
+                          capsys.readouterr().out)
+    assert int(count) > 5000
+
+
 def test_mimic_sources_are_named(tmp_path, capsys):
     (tmp_path / 'arm.urdf').write_text("""<robot name="arm">
       <link name="a"/><link name="b"/><link name="c"/>

@@ -10,6 +10,7 @@ import numpy as np
 
 from .findings import FACT, Finding, REMARK
 from ...chains.serial_chain import SerialChain
+from ...parallel import ParallelProgram
 
 _POSTURES = 20
 
@@ -43,7 +44,12 @@ def report_model(robot: Any) -> Iterator[Finding]:
     if isinstance(robot, SerialChain):
         yield from _report_freedom(robot)
     program = robot.compile(('pose', 'twist', 'accel'))
-    yield Finding(FACT, f'pose, twist and acceleration take {program.operations} operations')
+    if isinstance(program, ParallelProgram) and not program.traced:
+        yield Finding(FACT, 'each posture is searched for: passive joints can move by themselves')
+    else:
+        where = ', two Newton steps included' if isinstance(program, ParallelProgram) else ''
+        yield Finding(FACT, 'pose, twist and acceleration take '
+                            f'{program.operations} operations{where}')
 
 
 def _report_freedom(robot: SerialChain) -> Iterator[Finding]:
