@@ -116,7 +116,8 @@ class Stage:
         """Return the command line of the joint state publisher."""
         given = self._arguments
         out = [f'--robot={given.robot}', f'--motion={given.motion}', f'--rate={given.rate}',
-               f'--start={self.start}', f'--namespace=/{self.namespace}']
+               f'--stamps={given.stamps}', f'--start={self.start}',
+               f'--namespace=/{self.namespace}']
         if given.base:
             out.append(f'--base={given.base}')
         if given.tip:

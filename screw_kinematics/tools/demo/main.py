@@ -32,6 +32,7 @@ EXAMPLES = """\
   demo --once                             one state beside the exact one, then exit
   demo --motion minjerk --rate 500 --delay 0.02
   demo --robot panda.urdf --base panda_link0 --tip panda_hand_tcp --motion multisine
+  demo --rate 1000 --stamps arrival       what the estimator makes of usual stamps
   demo --view                             the same in the browser
   demo --duration 10 | tee demo.log       plain lines, one a second, for 10 s
 """

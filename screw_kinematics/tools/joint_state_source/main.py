@@ -13,6 +13,7 @@ import time
 from .. import console, robot_options
 from ..listener import check_names
 from ..reference_motions import MOTIONS
+from ..stamping import help_text, stampings, WAYS
 from ...errors import MissingExtraError, ParameterError
 from ...node.main import initialise
 from ...node.stop_request import StopRequest
@@ -20,6 +21,7 @@ from ...node.stop_request import StopRequest
 EXAMPLES = """\
   joint_state_source                            the paper's PUMA motion, 100 Hz
   joint_state_source --motion minjerk --rate 1000
+  joint_state_source --rate 500 --stamps reader  a loop beside a 1 kHz device
   joint_state_source --robot panda.urdf --tip panda_hand_tcp --topic /joint_states
   joint_state_source --ros-args -r __ns:=/cell -r joint_states:=measured
 """
@@ -27,7 +29,8 @@ EXAMPLES = """\
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the tool; see ``joint_state_source --help``."""
-    options = console.parser('joint_state_source', __doc__ or '', EXAMPLES)
+    options = console.parser('joint_state_source', f'{__doc__}\n\nways of stamping:\n'
+                             + help_text(), EXAMPLES)
     robot_options.add_options(options, default=robot_options.PUMA)
     add_motion_options(options)
     options.add_argument('--topic', default='joint_states', help='default: joint_states')
@@ -45,6 +48,9 @@ def add_motion_options(options: argparse.ArgumentParser) -> None:
                               'fro, or five sinusoids of 0.1 to 2 Hz')
     options.add_argument('--rate', type=float, default=100.0, metavar='HZ',
                          help='joint states per second (default: 100)')
+    options.add_argument('--stamps', choices=WAYS, default='exact',
+                         help='how readings are stamped (default: exact); '
+                              'joint_state_source --help tells what each way does')
 
 
 def checked_rate(rate: float) -> float:
@@ -58,8 +64,9 @@ def publish(arguments: argparse.Namespace, ros_arguments: Sequence[str] = ()) ->
     """
     Publish positions and velocities until a signal comes; ROS finds its own arguments.
 
-    Samples lie on a regular clock that began with the motion, as those of a controller
-    do; instants that were missed are left out, not made up for in a burst.
+    Readings lie on a regular clock that began with the motion, as those of a controller do,
+    and are stamped in the way that was chosen; messages that were missed are left out, not
+    made up for in a burst.
     """
     try:
         import rclpy
@@ -85,20 +92,21 @@ def publish(arguments: argparse.Namespace, ros_arguments: Sequence[str] = ()) ->
         while simulated and not now() and not stop.made:
             rclpy.spin_once(node, timeout_sec=0.1)
         start = now() if arguments.start is None else arguments.start
-        tick = -1
-        while not stop.made:
-            # An instant is kept if it is less than one period late.
-            tick = max(tick + 1, int((now() - start) * 1e-9 * rate))
-            elapsed = round(tick / rate * 1e9)
-            while (wait := (start + elapsed - now()) * 1e-9) > 0 and not stop.made:
+        begin = max((now() - start) * 1e-9, 0.0)
+        for reading, stamp, sent in stampings(arguments.stamps, rate, begin):
+            if stop.made:
+                break
+            if (now() - start) * 1e-9 - sent > 1 / rate:
+                continue    # a period late and more
+            while (wait := sent - (now() - start) * 1e-9) > 0 and not stop.made:
                 # Short naps, so that a signal is answered soon at low rates too.
                 if simulated:
                     rclpy.spin_once(node, timeout_sec=0.1)
                 else:
                     time.sleep(min(wait, 0.1))
-            position, velocity = motion.derivatives(elapsed * 1e-9, 1)
+            position, velocity = motion.derivatives(reading, 1)
             message.header.stamp.sec, message.header.stamp.nanosec = divmod(
-                start + elapsed, 1_000_000_000)
+                start + round(stamp * 1e9), 1_000_000_000)
             message.position = array('d', position)
             message.velocity = array('d', velocity)
             publisher.publish(message)
