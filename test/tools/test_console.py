@@ -39,9 +39,9 @@ def test_the_node_says_its_version(capsys):
     ([], 'which tool? bag, check, demo', 'screw-kinematics demo --once'),
     (['nope'], "invalid choice: 'nope'", 'screw-kinematics demo --once'),
     (['plot'], 'required: KIND', 'screw-kinematics plot figure11'),
-    (['plot', 'screws'], 'required: robot', 'screw-kinematics plot screws config/'),
-    (['check', 'model'], 'required: robot', 'screw-kinematics check model '),
-    (['derive'], 'required: robot', 'screw-kinematics derive config/'),
+    (['plot', 'screws'], 'required: MODEL', 'screw-kinematics plot screws config/'),
+    (['check', 'model'], 'required: MODEL', 'screw-kinematics check model '),
+    (['derive'], 'required: MODEL', 'screw-kinematics derive config/'),
     (['demo', '--motion', 'x'], "invalid choice: 'x'", 'screw-kinematics demo'),
 ])
 def test_usage_errors_are_one_line_with_an_example(capsys, words, problem, example):

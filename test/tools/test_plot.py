@@ -164,5 +164,5 @@ def test_errors_are_one_line_and_exit_code_2(capsys, arguments, message):
     assert plot.main([*arguments, *([] if '--output' in arguments else ['--output', 'x.png'])
                       ]) == 2
     error = capsys.readouterr().err
-    assert error.startswith('plot: ') and error.count('\n') == 1
+    assert error.startswith('screw-kinematics plot: ') and error.count('\n') == 1
     assert re.search(message, error)
