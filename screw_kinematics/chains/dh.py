@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from ..screws.rigid import rigid_displacement
 from ..screws.rotations import pose, turn
 from ..screws.se3 import Array
 
@@ -87,6 +88,11 @@ def place_rows(rows: list[DHRow], convention: str,
     last : array, shape (4, 4)
         The frame the last row ends with.
 
+    Raises
+    ------
+    ShapeError, InvalidValueError
+        T_base_first is no rigid displacement within 1e-9.
+
     Examples
     --------
     >>> frames, last = place_rows([DHRow(1, 0, 0, 0)] * 2, 'standard', pose())
@@ -94,7 +100,7 @@ def place_rows(rows: list[DHRow], convention: str,
     ([0.0, 1.0], 2.0)
 
     """
-    T, frames = T_base_first, []
+    T, frames = rigid_displacement('T_base_first', T_base_first), []
     for row in rows:
         if convention == 'modified':
             T = T @ row.link()

@@ -87,6 +87,23 @@ class Manipulator(ABC):
 
         """
 
+    def pose(self, q: Any) -> Array:
+        """
+        Return T_base_tool at the joint positions q.
+
+        Parameters
+        ----------
+        q : array, shape (..., dof)
+            Positions of the measured joints [rad, m].
+
+        Returns
+        -------
+        array, shape (..., 4, 4)
+            T_base_tool [m].
+
+        """
+        return self.state(q).pose
+
     @abstractmethod
     def skeleton(self, q: Any) -> tuple[Array, ...]:
         """

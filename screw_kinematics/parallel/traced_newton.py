@@ -139,8 +139,8 @@ class NearbySteps:
         turn, change, stiffness, limp = out[self._tests]
         misfit = out[self._misfit]
         if not (turn <= LARGEST_TURN**2 and change * stiffness <= APART
-                and limp <= MAX_LIMB_STIFFNESS and stiffness <= MAX_STIFFNESS and min(out[self._margins]) >= 0
-                and max(misfit) <= self._largest_misfit):
+                and limp <= MAX_LIMB_STIFFNESS and stiffness <= MAX_STIFFNESS
+                and min(out[self._margins]) >= 0 and max(misfit) <= self._largest_misfit):
             return None
         carried: Sequence[float] = out[self._carried]
         if not self._order:     # the way itself, in the time of one sample

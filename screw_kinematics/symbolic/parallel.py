@@ -21,7 +21,7 @@ from typing import Any
 
 import numpy as np
 
-from .exact import exact_chain, exact_decimal, sympy_array
+from .exact import exact_chain, exact_decimal, NEAR, sympy_array
 from .expressions import joint_symbols
 from .wrench_forms import closed_postures, constant_work, wrench_forms, WrenchForm
 from ..chains.joint import Joint
@@ -133,6 +133,8 @@ class ParallelFormulas:
     ----------
     robot : ParallelManipulator
         With limbs whose wrenches are lines through joints or couples along axes.
+    tolerance : float
+        As of :func:`.exact.exact_chain`.
 
     Attributes
     ----------
@@ -149,8 +151,8 @@ class ParallelFormulas:
 
     """
 
-    def __init__(self, robot: ParallelManipulator) -> None:
-        self.robot = robot
+    def __init__(self, robot: ParallelManipulator, tolerance: float = NEAR) -> None:
+        self.robot, self._tolerance = robot, tolerance
         self.q = joint_symbols(robot.dof, ORDER)
         self.theta = [sympy_array([
             sympy.Symbol(f'theta{"d" * k}{i + 1}', real=True)
@@ -167,7 +169,7 @@ class ParallelFormulas:
 
     def _pose(self, home: Array) -> tuple[Array, Array]:
         names = [sympy.Symbol(f'p_{axis}', real=True) for axis in 'xyz']
-        position = sympy_array([names[k] if 3 + k in self.moving[0] else exact_decimal(home[k, 3])
+        position = sympy_array([names[k] if 3 + k in self.moving[0] else self._length(home[k, 3])
                                 for k in range(3)])
         turning = [k for k in self.moving[0] if k < 3]
         upright = np.allclose(home[:3, :3], np.eye(3), atol=1e-12)
@@ -180,6 +182,9 @@ class ParallelFormulas:
         return position, sympy_array([[sympy.Symbol(f'r{i}{j}', real=True) for j in (1, 2, 3)]
                                       for i in (1, 2, 3)])
 
+    def _length(self, x: Any) -> Any:
+        return exact_decimal(x, self._tolerance)
+
     def _symbols(self, limb: SerialChain, order: int) -> Array:
         known = dict(zip(self.robot.joint_names + self.robot.passive_joint_names,
                          [*self.q[order], *self.theta[order]]))
@@ -187,14 +192,14 @@ class ParallelFormulas:
 
     def _placed(self, limb: SerialChain) -> tuple[list[Array], list[Array]]:
         """Return axes and points less the platform's position, from base or platform."""
-        exact = exact_chain(limb)
+        exact = exact_chain(limb, self._tolerance)
         values = exact.joint_values(self._symbols(limb, 0))
         base = Posture(exact.joints, exact.T_base_tool, values)
         home = np.asarray(limb.T_base_tool, dtype=float)
         back = exact_chain(SerialChain([
             Joint(j.name, 'revolute' if j.kind == 'continuous' else j.kind,
                   home[:3, :3].T @ j.axis, home[:3, :3].T @ (j.point - home[:3, 3]),
-                  j.pitch) for j in limb.joints[::-1]]))
+                  j.pitch) for j in limb.joints[::-1]]), self._tolerance)
         platform = Posture(back.joints, back.T_base_tool, -values[::-1])
         axes, points = [], []
         for k in range(len(limb.joints)):
@@ -217,9 +222,9 @@ class ParallelFormulas:
     def _limb(self, limb: SerialChain, postures: Sequence[ClosedPosture]) -> LimbFormulas:
         axes, points = ([sympy_array(x) for x in part] for part in self._placed(limb))
         screws = [sympy_array(prismatic_screw(axis) if joint.kind == 'prismatic'
-                              else unit_screw(axis, point, exact_decimal(joint.pitch)))
+                              else unit_screw(axis, point, self._length(joint.pitch)))
                   for joint, axis, point in zip(limb.joints, axes, points)]
-        rates = [list(exact_chain(limb).joint_values(self._symbols(limb, n), n))
+        rates = [list(exact_chain(limb, self._tolerance).joint_values(self._symbols(limb, n), n))
                  for n in range(1, ORDER)]
         wrenches = [self._wrench(limb, form, axes, points, screws, postures)
                     for form in wrench_forms(self.robot, limb, postures)]
@@ -245,7 +250,7 @@ class ParallelFormulas:
             if name in self.robot.joint_names and not form.constraint:
                 constant = constant_work(form, self.robot, limb, column, postures)
                 # By the end of the line that makes it plainer.
-                work[self.robot.joint_names.index(name)] = exact_decimal(constant) \
+                work[self.robot.joint_names.index(name)] = self._length(constant) \
                     if constant is not None else min(
                         (self._work(limb, name, end, screws) for end in ends),
                         key=lambda x: (len(x.free_symbols & set(self.position)),

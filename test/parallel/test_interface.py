@@ -81,6 +81,7 @@ def test_batches_are_samples_side_by_side():
     np.testing.assert_allclose(se3.matvec(jacobian, qd), twist, atol=1e-12)
     one = manipulator.state(q[1, 2], qd[1, 2])
     np.testing.assert_allclose(state.pose[1, 2], one.pose, atol=1e-11)
+    np.testing.assert_allclose(manipulator.pose(q), state.pose, atol=1e-11)
     rates = manipulator.inverse_velocity(q, state.velocity, solver=EXACT).rates
     np.testing.assert_allclose(rates, qd, atol=1e-10)
     assert manipulator.manipulability(q).measure.shape == (2, 3)

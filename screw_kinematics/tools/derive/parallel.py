@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from .layout import LaTeX, Text
-from .request import printable, Request
+from .request import near_notes, printable, Request
 from ...errors import ParameterError, ToolError
 
 _FIELDS = (('w', 'v'), ('alpha', 'A'), ('rho', 'J'))
@@ -42,8 +42,9 @@ def parallel_files(robot: Any, request: Request) -> dict[str, str]:
                                  f'{default!r} for parallel robots')
     order = max(_ORDERS[quantity.name] for quantity in request.quantities)
     write: Text = Text() if request.language == 'text' else LaTeX()
-    formulas = ParallelFormulas(robot)
-    blocks = [write.comment(_heading(robot, formulas, request.title, order))]
+    formulas = ParallelFormulas(robot, request.tolerance)
+    notes = near_notes(robot.limbs, request.tolerance)
+    blocks = [write.comment([*_heading(robot, formulas, request.title, order), *notes])]
     for limb in formulas.limbs:
         blocks += ['', write.comment([f'{limb.name}: unit screws [w; v] about p'])]
         blocks.append(write.rows(

@@ -3,17 +3,22 @@
 """What is asked of ``derive``, and the lines that head its answers."""
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 import keyword
 import re
 from typing import Any
 import unicodedata
 
+import numpy as np
+
+from ...chains.serial_chain import SerialChain
 from ...errors import ParameterError
 from ...programs.c_text import KEYWORDS
 from ...programs.quantities import Quantity
 
+NEAR_NOTE = ('angles within 1e-9 rad of a multiple of pi/12, and coefficients and lengths as '
+             'near to simple ones, are taken as these (--exact: as they are)')
 FALLBACK = 'tip_motion'
 """Name of the function where the robot's is no name in code."""
 
@@ -109,3 +114,16 @@ def heading(robot: Any, request: Request, notes: Sequence[str] = ()) -> list[str
 def printable(row: str) -> str:
     """Return a row that may be a comment in source text: names of a file may hold anything."""
     return ''.join(c if c.isprintable() and c not in '"\\*' else '?' for c in row)
+
+
+def near_notes(chains: Iterable[SerialChain], tolerance: float) -> list[str]:
+    """Return what to say if the geometry was changed by more than rounding to make it simple."""
+    from ...symbolic.exact import exact_chain
+    for chain in chains if tolerance else ():
+        taken, exact = exact_chain(chain, tolerance), exact_chain(chain, 0.0)
+        pairs = [(taken.T_base_tool, exact.T_base_tool)]
+        for a, b in zip(taken.joints, exact.joints):
+            pairs += [(a.axis, b.axis), (a.point, b.point)]
+        if any(x != y for a, b in pairs for x, y in zip(np.ravel(a), np.ravel(b))):
+            return [NEAR_NOTE]
+    return []

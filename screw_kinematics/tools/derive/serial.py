@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from .layout import LaTeX, Text
-from .request import heading, printable, Request
+from .request import heading, near_notes, printable, Request
 from ...chains.compiled import traced_quantities
 from ...chains.serial_chain import SerialChain
 from ...errors import ToolError
@@ -21,9 +21,6 @@ from ...programs.python_text import named_source
 from ...programs.quantities import Quantity
 from ...screws.rigid import row_of_pose
 from ...screws.se3 import Array
-
-NEAR_NOTE = ('angles within 1e-9 rad of a multiple of pi/12, and coefficients and lengths as '
-             'near to simple ones, are taken as these (--exact: as they are)')
 
 
 def serial_files(robot: Any, request: Request) -> dict[str, str]:
@@ -51,7 +48,7 @@ def serial_files(robot: Any, request: Request) -> dict[str, str]:
 def _closed_text(robot: SerialChain, request: Request) -> dict[str, str]:
     """Return one formula a line."""
     write: Text = Text() if request.language == 'text' else LaTeX()
-    notes = [NEAR_NOTE] if request.tolerance and _is_nearly_simple(robot) else []
+    notes = near_notes([robot], request.tolerance)
     blocks = [write.comment(heading(robot, request, notes))]
     for quantity in request.quantities:
         values = _derived(robot, quantity, request)
@@ -173,13 +170,3 @@ def _derived(robot: SerialChain, quantity: Quantity, request: Request) -> Array:
         values = quantity.of(found.about(request.pole).expressed_in(request.axes))
     values = sympy_array(values)
     return np.asarray(simplify(values, rates) if request.simplified else values)
-
-
-def _is_nearly_simple(robot: SerialChain) -> bool:
-    """Whether the geometry was changed by more than rounding to make it simple."""
-    from ...symbolic.exact import exact_chain
-    taken, exact = exact_chain(robot), exact_chain(robot, 0.0)
-    pairs = [(taken.T_base_tool, exact.T_base_tool)]
-    for a, b in zip(taken.joints, exact.joints):
-        pairs += [(a.axis, b.axis), (a.point, b.point)]
-    return any(x != y for a, b in pairs for x, y in zip(np.ravel(a), np.ravel(b)))
