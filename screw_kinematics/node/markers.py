@@ -1,8 +1,9 @@
 # Copyright screw_kinematics contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Pictures for RViz and Foxglove: arrows at the tip, and the instantaneous screw axis."""
+"""Pictures for RViz and Foxglove: arrows at the tip, its trail, the instantaneous screw axis."""
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable, Iterable
 import math
 from typing import Any
@@ -37,11 +38,12 @@ FAR = 100.0
 
 HALF_AXIS = 0.5                # m
 SHAFT = 0.01                   # m
+TRAIL = 3.0                    # s
 
 _COLORS = {
     'linear_velocity': (0.1, 0.7, 0.2), 'angular_velocity': (0.1, 0.4, 0.9),
     'linear_acceleration': (0.9, 0.5, 0.1), 'angular_acceleration': (0.8, 0.2, 0.7),
-    'screw_axis': (0.9, 0.9, 0.1), 'pitch': (1.0, 1.0, 1.0)}
+    'screw_axis': (0.9, 0.9, 0.1), 'pitch': (1.0, 1.0, 1.0), 'trail': (0.0, 0.6, 0.5)}
 
 
 class MarkerPublisher:
@@ -74,14 +76,18 @@ class MarkerPublisher:
         lifetime = settings.stale_timeout
         self._lifetime = Duration(sec=int(lifetime), nanosec=int(lifetime % 1 * SECOND))
         self._last_ns = -self._period_ns
+        self._trail: deque[tuple[int, Point]] = deque()
 
     def publish(self, state: State) -> None:
         """Publish the markers of this instant, unless the last ones are too fresh."""
         stamp_ns = state.stamp_ns
         if 0 <= stamp_ns - self._last_ns < self._period_ns:
             return
+        if not 0 <= stamp_ns - self._last_ns < TRAIL * SECOND:
+            self._trail.clear()
         self._last_ns = stamp_ns
-        markers = markers_of_state(self._body(state))
+        body = self._body(state)
+        markers = [*markers_of_state(body), self._trail_to(stamp_ns, body.pose[:3, 3])]
         for marker in markers:
             marker.header.frame_id = self._frame_id
             marker.header.stamp = Time(sec=stamp_ns // SECOND, nanosec=stamp_ns % SECOND)
@@ -90,9 +96,22 @@ class MarkerPublisher:
 
     def clear(self) -> None:
         """Delete the markers of this robot."""
+        self._trail.clear()
         marker = Marker(action=Marker.DELETEALL)
         marker.header.frame_id = self._frame_id
         self._publish(MarkerArray(markers=[marker]))
+
+    def _trail_to(self, stamp_ns: int, tip: Array) -> Marker:
+        """Return the tip's way in the last seconds."""
+        self._trail.append((stamp_ns, _point(tip)))
+        while stamp_ns - self._trail[0][0] > TRAIL * SECOND:
+            self._trail.popleft()
+        if len(self._trail) < 2:
+            return _deleted('trail')
+        marker = _marker('trail', Marker.LINE_STRIP)
+        marker.points = [point for _, point in self._trail]
+        marker.scale = Vector3(x=SHAFT / 2)
+        return marker
 
     def _body(self, state: State) -> BodyState:
         """Return the motion of the tip."""

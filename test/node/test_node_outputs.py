@@ -236,6 +236,7 @@ def test_delayed_outputs_are_stamped_with_the_instant_they_describe(outputs):
 def test_markers_show_the_motion_at_the_tip(outputs):
     places, twists = poses(outputs['plain', 'pose']), by_stamp(outputs['plain', 'twist'])
     assert 20 <= len(outputs['plain', 'markers']) < SAMPLES
+    longest = 0
     for message in outputs['plain', 'markers']:
         markers = {m.ns: m for m in message.markers}
         stamp = output_stamp(message)
@@ -244,6 +245,9 @@ def test_markers_show_the_motion_at_the_tip(outputs):
         assert arrow.type == Marker.ARROW and arrow.header.frame_id == 'base'
         tail, head = (np.array([p.x, p.y, p.z]) for p in arrow.points)
         assert np.allclose(tail, tip) and np.allclose(np.cross(head - tail, twist[3:]), 0)
+        trail = [[p.x, p.y, p.z] for p in markers['trail'].points]
+        assert not trail or np.allclose(trail[-1], tip)
+        longest = max(longest, len(trail))
         a, b = (np.array([p.x, p.y, p.z]) for p in markers['screw_axis'].points)
         on_axis = shift_pole(twist, a - tip)
         # On the screw axis, velocity is along the axis, and it is the pitch times the rate.
@@ -251,3 +255,4 @@ def test_markers_show_the_motion_at_the_tip(outputs):
         assert np.allclose(np.cross(on_axis[:3], on_axis[3:]), 0, atol=1e-9)
         pitch = on_axis[:3] @ on_axis[3:] / (on_axis[:3] @ on_axis[:3])
         assert markers['pitch'].text == f'pitch {pitch:.4g} m/rad'
+    assert longest >= 20

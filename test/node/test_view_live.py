@@ -1,0 +1,61 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The view of running processes: the node's states, beside the truth, on a page."""
+import argparse
+from contextlib import closing
+import socket
+import subprocess
+import sys
+import urllib.request
+
+import numpy as np
+import pytest
+
+pytest.importorskip('viser')
+
+from screw_kinematics.tools import stage    # noqa: E402
+from screw_kinematics.tools.processes import Children    # noqa: E402
+from screw_kinematics.tools.view.live import LiveRobots    # noqa: E402
+from screw_kinematics.tools.view.motion import ShownMotion    # noqa: E402
+
+LIMIT = 120.0    # s; the machine may be busy
+
+
+def test_states_of_the_node_are_near_the_truth(ros_domain):
+    options = argparse.ArgumentParser()
+    stage.add_options(options)
+    played = stage.Stage(options.parse_args(['--motion', 'multisine', '--rate', '200',
+                                             '--delay', '0.02']))
+    motion = ShownMotion(played.name, played.robot)
+    with Children() as children:
+        played.run(children)
+        with LiveRobots([motion], [['joint_states']], played.namespace, played.exact) as robots:
+            for _ in range(int(LIMIT / 0.05)):
+                robots.listen(0.05)
+                children.check()
+                if motion.end > 3.0:
+                    break
+    assert motion.end > 3.0 and not robots.silent()
+    for snapshot in motion.snapshots:
+        if snapshot.time > 1.0:
+            twist, accel = snapshot.exact
+            np.testing.assert_allclose(snapshot.twist, twist, atol=2e-3)
+            np.testing.assert_allclose(snapshot.accel, accel, atol=0.1)
+    times = [snapshot.time for snapshot in motion.snapshots]
+    assert times == sorted(set(times))
+
+
+def test_the_demo_offers_the_page(ros_domain):
+    with closing(socket.socket()) as probe:
+        probe.bind(('127.0.0.1', 0))
+        port = probe.getsockname()[1]
+    run = subprocess.Popen(
+        [sys.executable, '-u', '-m', 'screw_kinematics.tools.demo.main', '--view', '--port',
+         str(port), '--duration', '5'], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    for line in run.stdout:
+        if line.startswith(f'http://127.0.0.1:{port} shows puma560'):
+            break
+    page = urllib.request.urlopen(f'http://127.0.0.1:{port}', timeout=30).read()
+    assert b'<html' in page.lower()
+    _, error = run.communicate(timeout=LIMIT)
+    assert run.returncode == 0, error
