@@ -105,3 +105,6 @@ html_show_sphinx = False
 copybutton_prompt_text = r'>>> |\.\.\. |\$ '
 copybutton_prompt_is_regexp = True
 exclude_patterns = ['_extensions']
+if not (HERE.parent / 'CHANGELOG.rst').exists():    # as where rosdoc2 builds, which has its own
+    exclude_patterns += ['changelog.md', 'contributing.md']
+rosdoc2_settings = {'allow_other_extensions': True}
