@@ -31,12 +31,12 @@ from rich.progress import track
 from rich.table import Table
 from sensor_msgs.msg import JointState
 
-from .node.contenders import CONTENDERS
+from .node.contenders import SCRIPTED
 from .node.robot import Driver
 
 NAMES = ('SIGINT', 'SIGTERM', 'SIGKILL')
 PATIENCE = 60.0     # s
-OURS = next(contender for contender in CONTENDERS if contender.name.startswith('ours'))
+OURS = next(contender for contender in SCRIPTED if contender.name.startswith('ours'))
 
 
 class Trials:

@@ -21,7 +21,7 @@ from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
-from .contenders import Contender, CONTENDERS, PINOCCHIO, RELAY
+from .contenders import Contender, FLOOR, NATIVE, native_nodes, PINOCCHIO, RELAY, SCRIPTED
 from .trial import Latency, Saturation, Trial
 
 
@@ -52,7 +52,9 @@ def main() -> None:
                         help='only contenders whose name contains one of these')
     parser.add_argument('--json', type=Path, help='file for all figures of all rounds')
     options = parser.parse_args()
-    contenders = [c for c in CONTENDERS if any(text in c.name for text in options.only)]
+    chosen = [text.casefold() for text in options.only]
+    contenders = [c for c in (*SCRIPTED, *native_nodes())
+                  if any(text in c.name.casefold() for text in chosen)]
     counts = sorted(set(options.robots))
     # Drawn between turns only: it must not run beside them.
     with Progress(auto_refresh=False) as progress:
@@ -140,6 +142,7 @@ def comparison_table(figures: dict[str, Figures]) -> Table:
     """Return all figures for one robot."""
     table = Table('', *figures, title='one robot: medians (quartiles)')
     relay, pinocchio = figures.get(RELAY), figures.get(PINOCCHIO)
+    native, floor = figures.get(NATIVE), figures.get(FLOOR)
 
     def cpu_us(f: Figures) -> list[float]:
         return [s.cpu_us for s in f.saturated]
@@ -156,15 +159,27 @@ def comparison_table(figures: dict[str, Figures]) -> Table:
     add('CPU per message, saturated, µs', lambda f: spread(cpu_us(f), 1))
     if pinocchio:
         add('  times less than Pinocchio', lambda f: ratios(cpu_us(pinocchio), cpu_us(f)))
+    if native:
+        add('  times the C++ node', lambda f: ratios(cpu_us(f), cpu_us(native)))
+    if floor:
+        add('  times the floor', lambda f: ratios(cpu_us(f), cpu_us(floor)))
     add('messages/s', lambda f: spread(rate(f)))
     if relay:
         add('  times the relay', lambda f: ratios(rate(f), rate(relay)))
     add('lost', lambda f: str(sum(s.lost for s in f.saturated)))
     add('CPU per message at 1 kHz, µs', lambda f: spread(s.cpu_us for s in f.at_1khz))
+    if native:
+        add('  times the C++ node', lambda f: ratios(
+            [s.cpu_us for s in f.at_1khz], [s.cpu_us for s in native.at_1khz]))
     add('p50 latency at 1 kHz, µs', lambda f: spread(p50_us(f)))
     if pinocchio:
         add('  times less than Pinocchio', lambda f: ratios(p50_us(pinocchio), p50_us(f)))
+    if floor:
+        add('  times the floor', lambda f: ratios(p50_us(f), p50_us(floor)))
     add('p99 latency at 1 kHz, µs', lambda f: spread(s.p99_us for s in f.at_1khz))
+    if floor:
+        add('  times the floor', lambda f: ratios(
+            [s.p99_us for s in f.at_1khz], [s.p99_us for s in floor.at_1khz]))
     add('idle CPU, % of a core', lambda f: f'{f.idle_percent:.2f}')
     add('resident memory, MiB', lambda f: f'{f.resident_mib:.1f}')
     if relay:

@@ -5,10 +5,14 @@ from collections.abc import Callable
 from dataclasses import dataclass
 import sys
 
+from screw_kinematics.core import INTERPRETED
+from screw_kinematics.node import fast_dds
+
+from . import native
 from .robot import BASE, TIP, URDF
 
 OURS = 'import sys; from screw_kinematics.node.main import main; sys.exit(main())'
-WITHOUT_NUMBA = "import sys; sys.modules['numba'] = None; " + OURS
+UNCOMPILED = f'import os; os.environ[{INTERPRETED!r}] = "1"; {OURS}'
 
 ESTIMATORS_SETTLE = 12_000
 """Messages after which estimators seldom change what they take the noise for."""
@@ -50,16 +54,32 @@ def ours(name: str, code: str, *parameters: str, outputs: tuple[str, ...] = ('tw
     return Contender(name, command, outputs, ESTIMATORS_SETTLE)
 
 
+def native_nodes() -> list[Contender]:
+    """Return the node in C++, plain and with our Fast DDS settings, if it can be built."""
+    program = native.build()
+    if program is None:
+        return []
+    settings: dict[str, str] = {}
+    fast_dds.settle(settings)
+    with_settings = ['env', *(f'{name}={value}' for name, value in settings.items())]
+    return [Contender(NATIVE, lambda robots: [str(program), str(robots)]),
+            Contender(f'{NATIVE}, our Fast DDS settings',
+                      lambda robots: [*with_settings, str(program), str(robots)])]
+
+
+NATIVE = 'C++ on rcl, no estimator'
+FLOOR = 'floor of rclpy: raw relay, one long spin'
 RELAY = 'rclpy relay'
 PINOCCHIO = 'rclpy, Pinocchio, no estimator'
 
-CONTENDERS = [
+SCRIPTED = [
     peer('relay', RELAY),
     peer('pinocchio', PINOCCHIO),
     peer('numpy', 'rclpy, handwritten NumPy'),
-    peer('raw_relay', 'raw relay, events executor'),
-    ours('ours, no Numba', WITHOUT_NUMBA),
-    ours('ours, Numba', OURS),
-    ours('ours, no Numba, measured twist only', WITHOUT_NUMBA,
+    peer('raw_relay', FLOOR),
+    ours('ours', OURS),
+    ours('ours, core interpreted', UNCOMPILED),
+    ours('ours, measured twist only', OURS,
          'outputs:=[twist]', 'velocity_source:=measured', outputs=('twist',)),
 ]
+"""All but those that are built first; see :func:`native_nodes`."""
