@@ -65,7 +65,8 @@ def measure(joints: int, delay: float, velocity: bool, chunks: int,
             node: bool = False) -> Cost:
     """Return what an update, or a sample in the node, costs once the gains have converged."""
     group = JointGroup(tuple(range(joints)), True)
-    motion = make_motion(MotionSettings(delay=delay), [False] * joints, 2, False)
+    motion = make_motion(MotionSettings(delay=delay), [False] * joints, [20.0] * joints, 2,
+                         False)
     estimator = motion.estimator if node else MotionEstimator(joints, delay)
     assert isinstance(estimator, MotionEstimator)
     recording: list[tuple] = list(samples(joints, SETTLE + chunks * CHUNK))

@@ -16,7 +16,8 @@ from .robot import BASE, JOINTS, TIP, URDF
 SOURCE = Path(__file__).with_name('native_node.cpp')
 MESSAGES = ('sensor_msgs', 'geometry_msgs')
 LIBRARIES = ('rcl', 'rcutils', 'rmw_fastrtps_cpp', 'rosidl_runtime_c', *(
-    f'{package}__rosidl_{part}_c' for package in MESSAGES for part in ('generator', 'typesupport')))
+    f'{package}__rosidl_{part}_c' for package in MESSAGES
+    for part in ('generator', 'typesupport')))
 
 
 def build() -> Path | None:

@@ -15,6 +15,7 @@ from rclpy.time import Time
 from .joint_input import JointInput
 from .robot import Robot
 from ..errors import Reason, ScrewKinematicsError
+from ..motion import MotionEstimator
 from ..pipeline.joint_groups import listed
 
 LOG_PERIOD = 5.0
@@ -250,4 +251,6 @@ def _estimation(robot: Robot) -> dict[str, Any]:
     for estimator in estimators:
         restarts.update(estimator.restarts)
     values |= {f'restarts {reason}': n for reason, n in restarts.items()}
+    values |= {'repeated positions': sum(e.clock.held for e in estimators
+                                         if isinstance(e, MotionEstimator))}
     return values

@@ -73,6 +73,7 @@ class KinematicStatePublisher(LifecycleNode):
 
     def _start(self) -> None:
         self._settings = NodeParameters(self)
+        self._settings.check_qos_overrides()
         settings = self._settings.node_settings()
         if settings.allow_remote_parameters:
             self._remote_parameters = ParameterService(self)

@@ -12,7 +12,18 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from ..errors import ParameterError
-from ..pipeline.settings import NODE, NodeSettings, ROBOT, RobotSettings, Setting
+from ..pipeline.settings import (
+    NODE, NodeSettings, one_of, ROBOT, RobotSettings, Setting, whole_number)
+
+QOS = 'qos_overrides.'
+
+QOS_POLICIES: dict[str, tuple[str, Any]] = {
+    'history': ('keep_last, keep_all or system_default',
+                one_of('keep_last', 'keep_all', 'system_default')),
+    'reliability': ('reliable, best_effort or system_default',
+                    one_of('reliable', 'best_effort', 'system_default')),
+    'depth': ('a whole number from 1 to 1000000', whole_number(1, 1_000_000))}
+"""What standard parameters of topics may be: in words, and a check."""
 
 _FIXED = {
     '': 'May change at any time.',
@@ -69,16 +80,30 @@ class NodeParameters:
             if f'{robot}.{setting.name}' not in self._declared:
                 self._declare(f'{robot}.', setting)
 
-    def check_changeable(self, names: Iterable[str], configured: bool) -> None:
-        """Raise ParameterError if one of the parameters cannot change in this state."""
-        for name in names:
+    def check_qos_overrides(self) -> None:
+        """Raise ParameterError if a standard parameter of a topic has a wrong value."""
+        for name, parameter in self._given().items():
+            words, check = QOS_POLICIES.get(name.rpartition('.')[2], ('', None))
+            if name.startswith(QOS) and check is not None:
+                try:
+                    check(parameter.value)
+                except ValueError:
+                    raise ParameterError(name, parameter.value, words) from None
+
+    def check_changeable(self, changes: Mapping[str, Any], configured: bool) -> None:
+        """Raise ParameterError if one of the parameters cannot become this in this state."""
+        for name, value in changes.items():
             setting = self._declared.get(name)
-            if setting is None:
+            if setting is None or not setting.fixed:
                 continue
-            if setting.fixed == 'configured' and configured:
-                raise ParameterError(
-                    name, self._node.get_parameter(name).value,
-                    'this value, until the node is unconfigured (lifecycle: deactivate, cleanup)')
+            present = self._node.get_parameter(name).value
+            if value == present:        # as of a dump that is loaded again
+                continue
+            if setting.fixed == 'started':
+                raise ParameterError(name, value, f'{present!r} until the node is started again')
+            if configured:
+                raise ParameterError(name, value, f'{present!r} until the node is unconfigured '
+                                     '(lifecycle: deactivate, cleanup)')
 
     def check_value(self, name: str, value: Any) -> None:
         """Raise ParameterError if the value alone is not allowed."""
@@ -88,16 +113,19 @@ class NodeParameters:
 
     def unknown(self) -> list[str]:
         """Return a sentence for each given parameter that does not exist."""
-        # Given to the node by file or argument, and never declared: rclpy ignores these.
-        given = getattr(self._node, '_parameter_overrides', {})
-        known = list(self._declared)
+        topics = [f'{QOS}{name}' for name in self._node.get_parameters_by_prefix(QOS[:-1])]
         sentences = []
-        for name in sorted(given):
+        for name in sorted(self._given()):
             if not self._node.has_parameter(name):
+                known = topics if name.startswith(QOS) else self._declared
                 similar = get_close_matches(name, known, 1, 0.5)
                 hint = f'; did you mean {similar[0]!r}?' if similar else ''
                 sentences.append(f'parameter {name!r} does not exist{hint}')
         return sentences
+
+    def _given(self) -> Mapping[str, Parameter]:
+        """Return what was given by file or argument; rclpy ignores what is never declared."""
+        return getattr(self._node, '_parameter_overrides', {})
 
     def _values(self, prefix: str, settings: Iterable[Setting], changes: Mapping[str, Any],
                 ) -> dict[str, Any]:
@@ -108,7 +136,7 @@ class NodeParameters:
 
     def _declare(self, prefix: str, setting: Setting) -> None:
         descriptor = ParameterDescriptor(
-            description=setting.text, read_only=setting.fixed == 'started',
+            description=setting.text,
             additional_constraints=f'Allowed: {setting.allowed}. {_FIXED[setting.fixed]}',
             # So that 0 is taken for 0.0, and a wrong type is reported as all wrong values are.
             dynamic_typing=True)

@@ -14,7 +14,8 @@ from ..errors import ModelError, Reason, ScrewKinematicsError
 from ..messages.joint_state import JointSample
 from ..pipeline.account import Account
 from ..pipeline.kinematics import Kinematics
-from ..pipeline.robot_model import build_model, check_outputs, continuous_joints
+from ..pipeline.robot_model import (
+    build_model, check_outputs, continuous_joints, plausible_velocities)
 from ..pipeline.robot_pipeline import RobotPipeline
 from ..pipeline.settings import RobotSettings
 
@@ -176,8 +177,9 @@ class Robot:
 
     def _renew_pipeline(self) -> RobotPipeline:
         """Return the pipeline that model and settings ask for; the same one if it is that."""
-        wanted = (self.model.joint_names, self.settings.motion, continuous_joints(self.model),
-                  self.settings.stale_timeout)
+        motion = self.settings.motion
+        wanted = (self.model.joint_names, motion, continuous_joints(self.model),
+                  plausible_velocities(motion, self.model), self.settings.stale_timeout)
         if self.pipeline is None or self.pipeline.configuration != wanted:
             self.pipeline = RobotPipeline(*wanted, self.account)
         return self.pipeline

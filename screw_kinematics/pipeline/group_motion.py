@@ -64,8 +64,9 @@ class GroupMotion(Protocol):
         """Forget all readings."""
 
 
-def make_motion(settings: MotionSettings, continuous: Sequence[bool], order: int,
-                covariance: bool, before: GroupMotion | None = None) -> GroupMotion:
+def make_motion(settings: MotionSettings, continuous: Sequence[bool],
+                max_velocity: Sequence[float], order: int, covariance: bool,
+                before: GroupMotion | None = None) -> GroupMotion:
     """
     Return the motion of a group of joints as the settings ask for it.
 
@@ -75,6 +76,8 @@ def make_motion(settings: MotionSettings, continuous: Sequence[bool], order: int
         Where velocities come from, and how they are estimated.
     continuous : sequence of bool
         For each joint whether its position wraps at 2 pi.
+    max_velocity : sequence of float
+        For each joint how fast it may seem to move [rad/s, m/s].
     order : int
         Highest derivative that is wanted, 0 to 4.
     covariance : bool
@@ -90,7 +93,7 @@ def make_motion(settings: MotionSettings, continuous: Sequence[bool], order: int
     if estimator is None:
         estimator = make_estimator(
             settings.estimator, len(continuous), delay=settings.delay,
-            continuous=continuous, **settings.options)
+            continuous=continuous, **{**settings.options, 'max_velocity': max_velocity})
     if isinstance(estimator, MotionEstimator):
         estimator.covariance_wanted = covariance
     motion: GroupMotion

@@ -5,10 +5,13 @@ from __future__ import annotations
 
 from typing import Any
 
-from .settings import RobotSettings
+from .settings import MotionSettings, RobotSettings
 from .. import models
 from ..errors import ModelError, ParameterError
 from ..screws.rotations import pose, rotation_rpy
+
+MARGIN = 1.5
+"""Joints that seem to move faster than so many times their limit are refused as implausible."""
 
 
 def build_model(settings: RobotSettings, text: str | None = None) -> Any:
@@ -60,6 +63,17 @@ def check_outputs(settings: RobotSettings, model: Any) -> None:
         raise ParameterError(
             f'{settings.name}.outputs', list(settings.outputs),
             f'passive_joint_states for parallel robots only, which {model!r} is not')
+
+
+def plausible_velocities(motion: MotionSettings, model: Any) -> tuple[float, ...]:
+    """
+    Return for each measured joint of a model how fast it may seem to move [rad/s, m/s].
+
+    That is ``estimator.max_velocity``, or :data:`MARGIN` times the limit in the description
+    where that is less.
+    """
+    return tuple(min(motion.max_velocity, MARGIN * limit)
+                 for limit in model.velocity_limits.tolist())
 
 
 def continuous_joints(model: Any) -> tuple[bool, ...]:

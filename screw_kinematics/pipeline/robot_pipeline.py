@@ -32,6 +32,8 @@ class RobotPipeline:
     settings : MotionSettings
     continuous : sequence of bool, optional
         For each joint whether its position wraps at 2 pi; by default none does.
+    max_velocity : sequence of float, optional
+        For each joint how fast it may seem to move [rad/s, m/s]; by default as the settings say.
     max_apart : float
         Joints measured further apart in time than this are not joined [s].
     account : Account, optional
@@ -56,13 +58,17 @@ class RobotPipeline:
     """
 
     def __init__(self, joint_names: Sequence[str], settings: MotionSettings,
-                 continuous: Sequence[bool] | None = None, max_apart: float = 0.5,
+                 continuous: Sequence[bool] | None = None,
+                 max_velocity: Sequence[float] | None = None, max_apart: float = 0.5,
                  account: Account | None = None) -> None:
         self.account = Account() if account is None else account
         self.settings = settings
         self.continuous = (False,) * len(joint_names) if continuous is None else (
             tuple(continuous))
-        self.configuration = (tuple(joint_names), settings, self.continuous, max_apart)
+        self.max_velocity = (settings.max_velocity,) * len(joint_names) if max_velocity is None \
+            else tuple(max_velocity)
+        self.configuration = (tuple(joint_names), settings, self.continuous, self.max_velocity,
+                              max_apart)
         self._groups = JointGroups(joint_names)
         # By columns: joints that fall silent and come again go on.
         self._motions: dict[tuple[int, ...], GroupMotion] = {}
@@ -186,4 +192,5 @@ class RobotPipeline:
     def _make_motion(self, columns: tuple[int, ...], kinematics: Kinematics,
                      before: GroupMotion | None = None) -> GroupMotion:
         return make_motion(self.settings, [self.continuous[c] for c in columns],
+                           [self.max_velocity[c] for c in columns],
                            kinematics.order, kinematics.covariance, before)

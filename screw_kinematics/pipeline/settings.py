@@ -22,6 +22,9 @@ EXECUTORS = ('events', 'single_threaded')
 
 VELOCITY_SOURCES = ('auto', 'measured', 'estimated')
 
+MAX_VELOCITY = 20.0
+"""Faster than this joints seem to move by errors only, unless parameters say so [rad/s, m/s]."""
+
 LONGEST_DELAYS = {'savitzky_golay': 0.14, 'finite_difference': 0.0}
 """Of those estimators that have less than the others, since they look back no further [s]."""
 
@@ -98,6 +101,15 @@ def number(low: float, high: float) -> Check:
         if not low <= value <= high:    # refuses NaN too
             raise ValueError
         return float(value)
+    return check
+
+
+def whole_number(low: int, high: int) -> Check:
+    """Return a check for whole numbers of a range."""
+    def check(value: Any) -> int:
+        if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
+            raise ValueError
+        return value
     return check
 
 
@@ -204,7 +216,8 @@ ROBOT = (
             'a frame of the model', text),
     Setting('tool_offset', [0.0] * 6,
             'Pose of the tool in the tip frame: x y z [m], roll pitch yaw [rad].',
-            f'six finite numbers of at most {LARGEST_OFFSET:g}', offset),
+            f'six finite numbers of at most {LARGEST_OFFSET:g}, all written with a point (0.0): '
+            'ROS takes a mixed list for text', offset),
     Setting('frame_prefix', '', 'Put before the frame names in messages.',
             'a string', text),
     Setting('joint_states_topic', 'joint_states',
@@ -231,9 +244,9 @@ ROBOT = (
               'sample [s]; 0.02 makes accelerations several times as accurate.', 0.0, 1.0),
     _quantity('estimator.max_gap', 0.25,
               'A longer pause between samples starts the estimation anew [s].', 0.001, 60.0),
-    _quantity('estimator.max_velocity', 20.0,
-              'A joint that seems to move faster is refused as implausible [rad/s or m/s].',
-              1e-3, 1e6),
+    _quantity('estimator.max_velocity', MAX_VELOCITY,
+              'A joint that seems to move faster, or 1.5 times as fast as its description allows, '
+              'is refused as implausible [rad/s or m/s].', 1e-3, 1e6),
 )
 
 
@@ -277,6 +290,11 @@ class MotionSettings:
     estimator: str = 'bank'
     delay: float = 0.0
     options: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def max_velocity(self) -> float:
+        """How fast a joint may seem to move, whatever its description says [rad/s, m/s]."""
+        return float(self.options.get('max_velocity', MAX_VELOCITY))
 
 
 @dataclass(frozen=True)

@@ -57,14 +57,18 @@ class Smoother:
         As the node has them.
     continuous : sequence of bool
         For each joint whether its position wraps at 2 pi.
+    max_velocity : sequence of float
+        For each joint how fast it may seem to move [rad/s, m/s].
     order : int
         Highest derivative wanted, at most 4.
 
     """
 
-    def __init__(self, settings: MotionSettings, continuous: Sequence[bool], order: int) -> None:
+    def __init__(self, settings: MotionSettings, continuous: Sequence[bool],
+                 max_velocity: Sequence[float], order: int) -> None:
         self.source = settings.velocity_source
-        self.limits = {name: settings.options[name] for name in ('max_gap', 'max_velocity')}
+        self.max_gap = settings.options['max_gap']
+        self.max_velocity = tuple(max_velocity)
         self.continuous = tuple(continuous)
         self.order = order
 
@@ -107,7 +111,7 @@ class Smoother:
         if self.order < (2 if self.source == 'measured' else 1):
             return self._as_measured(samples, used, own, refused)
         at = np.flatnonzero(used)
-        kept = at[_long_runs(samples.stamps[at], self.limits['max_gap'])]
+        kept = at[_long_runs(samples.stamps[at], self.max_gap)]
         refused[Reason.RUN_TOO_SHORT] += int(own[at].sum() - own[kept].sum())
         if not len(kept):
             return _GroupMotion.nothing(self.order, len(samples.columns))
@@ -118,7 +122,8 @@ class Smoother:
                 (samples.stamps[kept] - start) * 1e-9, samples.positions[kept],
                 velocities if self.source != 'estimated' and np.isfinite(velocities).any()
                 else None,
-                continuous=[self.continuous[c] for c in samples.columns], **self.limits)
+                continuous=[self.continuous[c] for c in samples.columns], max_gap=self.max_gap,
+                max_velocity=[self.max_velocity[c] for c in samples.columns])
         except InvalidValueError:       # jumps everywhere
             refused[Reason.IMPLAUSIBLE_JUMP] += int(own[kept].sum())
             return _GroupMotion.nothing(self.order, len(samples.columns))
@@ -135,7 +140,7 @@ class Smoother:
         refused[Reason.STAMP_NOT_INCREASING] += int(late.sum())
         refused[Reason.IMPLAUSIBLE_JUMP] += int((~late).sum())
         steps = np.diff(smoothed.stamps)
-        run = np.concatenate([[0], np.cumsum((steps > self.limits['max_gap']) | (steps < 0))])
+        run = np.concatenate([[0], np.cumsum((steps > self.max_gap) | (steps < 0))])
         return _GroupMotion(
             start + np.rint(smoothed.stamps * 1e9).astype(np.int64), samples.received[chosen],
             np.array(derivatives[:self.order + 1]), run, own[chosen],
@@ -145,7 +150,7 @@ class Smoother:
                      refused: Counter[Reason]) -> _GroupMotion:
         at = np.flatnonzero(used)
         stamps = samples.stamps[at]
-        run = np.concatenate([[0], np.cumsum(np.diff(stamps) > self.limits['max_gap'] * 1e9)]
+        run = np.concatenate([[0], np.cumsum(np.diff(stamps) > self.max_gap * 1e9)]
                              ) if len(at) else np.zeros(0)
         return _GroupMotion(
             stamps, samples.received[at],

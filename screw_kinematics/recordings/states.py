@@ -16,7 +16,7 @@ from ..errors import Reason, ToolError
 from ..pipeline.account import Account
 from ..pipeline.joint_groups import JointGroups
 from ..pipeline.outputs import KINDS, RECORDED
-from ..pipeline.robot_model import build_model, continuous_joints
+from ..pipeline.robot_model import build_model, continuous_joints, plausible_velocities
 from ..pipeline.settings import RobotSettings
 from ..screws.se3 import Array
 
@@ -91,8 +91,9 @@ class RecordedRobot:
 
     def states(self, recording: Recording | JointTable, run: Run = map) -> Iterator[StateBlock]:
         """Yield the states in a recording, block by block."""
-        smoother = Smoother(self.settings.motion, continuous_joints(self.model),
-                            self.order)
+        asked = self.settings.motion
+        smoother = Smoother(asked, continuous_joints(self.model),
+                            plausible_velocities(asked, self.model), self.order)
         for motion in run(smoother, cut(self._samples(recording), self.groups, self.account)):
             self.account.refused.update(motion.refused)
             self.period = motion.period

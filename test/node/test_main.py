@@ -86,6 +86,12 @@ def test_signals_while_starting_end_the_process_cleanly(ros_domain, delay):
      "parameter 'executor' is 'fast'; allowed: one of events, single_threaded"),
     (['--ros-args', '-p', 'robots:=[arm]', '-p', 'arm.description:=missing.urdf'],
      'missing.urdf'),
+    ([*ARM, '-p', 'qos_overrides./arm/twist.publisher.reliability:=bad'],
+     "parameter 'qos_overrides./arm/twist.publisher.reliability' is 'bad'; allowed: reliable"),
+    ([*ARM, '-p', 'qos_overrides./arm/twist.publisher.depth:=-1'],
+     'is -1; allowed: a whole number from 1'),
+    ([*ARM, '-p', 'qos_overrides./joint_states.subscription.depth:=0'],
+     'is 0; allowed: a whole number from 1'),
 ])
 def test_what_keeps_it_from_starting_is_said_in_one_line(ros_domain, capfd, args, problem):
     assert main(['kinematic_state_publisher', *args]) == 1

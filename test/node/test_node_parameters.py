@@ -4,6 +4,8 @@
 from geometry_msgs.msg import AccelStamped, PoseStamped, TwistStamped
 import numpy as np
 import pytest
+from rcl_interfaces.msg import Parameter as ParameterMessage
+from rcl_interfaces.srv import GetParameters, ListParameters, SetParameters
 from screw_kinematics import models
 from support.rig import joint_state, PUMA, RELIABLE_INPUT, running, six, smooth_motion, stamp_ns
 
@@ -112,7 +114,8 @@ def test_another_delay_takes_effect(rig):
     ({'arm__frame_prefix': 'x', 'arm__estimator__delay': 5.0}, 'out of range Min: 0.0, Max: 1.0'),
     ({'arm__description': 'other.yaml'}, 'until the node is unconfigured'),
     ({'robots': ['leg']}, 'until the node is unconfigured'),
-    ({'autostart': False}, 'read-only'),
+    ({'autostart': False}, 'True until the node is started again'),
+    ({'arm__tool_offset': '[0,0,0.1,0,0,0]'}, 'all written with a point (0.0)'),
     ({'diagnostics_rate': 'often'}, 'a number from 0 to 100')])
 def test_a_wrong_change_is_refused_as_a_whole(rig, changes, reason):
     before = len(rig.twists)
@@ -121,6 +124,20 @@ def test_a_wrong_change_is_refused_as_a_whole(rig, changes, reason):
     stream(rig, 20)
     rig.wait(lambda: len(rig.twists) >= before + 20)
     assert {m.header.frame_id for m in rig.twists[before:]} == {'base'}
+
+
+def test_the_dump_of_the_parameters_can_be_loaded_again(rig):
+    """As `ros2 param load` does; those of the topics are ROS's own, and never change."""
+    names = [name for name in rig.call(
+        ListParameters, 'list_parameters', ListParameters.Request()).result.names
+        if not name.startswith('qos_overrides.')]
+    values = rig.call(GetParameters, 'get_parameters', GetParameters.Request(names=names)).values
+    request = SetParameters.Request(parameters=[
+        ParameterMessage(name=name, value=value) for name, value in zip(names, values)])
+    results = rig.call(SetParameters, 'set_parameters', request).results
+    refused = {name: result.reason for name, result in zip(names, results)
+               if not result.successful}
+    assert len(names) > 20 and refused.keys() <= {'start_type_description_service'}, refused
 
 
 def test_rate_of_the_diagnostics(rig):

@@ -65,11 +65,13 @@ def test_whole_numbers_are_numbers(module_context):
     node.destroy_node()
 
 
-@pytest.mark.parametrize('name, told', [
-    ('arm.outptus', "'arm.outptus' does not exist; did you mean 'arm.outputs'"),
-    ('hand.description', "'hand.description' does not exist")])
-def test_misspelt_parameters_are_reported(module_context, name, told):
-    node = make(module_context, {**GOOD, name: 'x'})
+@pytest.mark.parametrize('name, value, told', [
+    ('arm.outptus', 'x', "'arm.outptus' does not exist; did you mean 'arm.outputs'"),
+    ('qos_overrides./joint_state.subscription.depth', 5,
+     "did you mean 'qos_overrides./joint_states.subscription.depth'"),
+    ('hand.description', 'x', "'hand.description' does not exist")])
+def test_misspelt_parameters_are_reported(module_context, name, value, told):
+    node = make(module_context, {**GOOD, name: value})
     assert len(node.unknown_parameters) == 1 and told in node.unknown_parameters[0]
     node.destroy_node()
 
@@ -82,5 +84,5 @@ def test_every_parameter_is_described(module_context):
         assert descriptor.description and 'Allowed: ' in descriptor.additional_constraints
     span, = node.describe_parameter('arm.estimator.delay').floating_point_range
     assert (span.from_value, span.to_value) == (0.0, 1.0)
-    assert node.describe_parameter('autostart').read_only
+    assert 'Set at start only' in node.describe_parameter('autostart').additional_constraints
     node.destroy_node()

@@ -5,8 +5,10 @@ import math
 
 import numpy as np
 import pytest
+from screw_kinematics import Joint, SerialChain
 from screw_kinematics.errors import Reason, SingularityError
 from screw_kinematics.pipeline.kinematics import Kinematics
+from screw_kinematics.pipeline.robot_model import plausible_velocities
 from screw_kinematics.pipeline.robot_pipeline import RobotPipeline
 from screw_kinematics.pipeline.settings import MotionSettings
 from support.pipeline_arm import (
@@ -216,3 +218,16 @@ def test_hostile_samples_never_raise_nor_lead_to_numbers_that_are_none(source, s
             assert np.all(np.isfinite(state.values))
     assert pipeline.account.outputs > 50
     assert_balanced(pipeline)
+
+
+def test_a_step_that_the_description_does_not_allow_is_refused():
+    """A joint of at most 0.5 rad/s does not jump by 0.1 rad in 2 ms, though 20 rad/s would."""
+    chain = SerialChain([Joint('q1', 'revolute', axis=(0, 0, 1), velocity_limit=0.5)])
+    for limits, refused in ((plausible_velocities(MotionSettings(), chain), 1), (None, 0)):
+        pipeline = RobotPipeline(chain.joint_names, MotionSettings(), max_velocity=limits)
+        pipeline.activate(Kinematics(chain.compile(outputs=('twist',))))
+        for k in range(50):
+            take(pipeline, START + k * 10 * MS, ('q1',), [0.1 * math.sin(k / 100)])
+        take(pipeline, START + 500 * MS, ('q1',), [0.15])
+        assert pipeline.account.refused[Reason.IMPLAUSIBLE_JUMP] == refused
+    assert plausible_velocities(MotionSettings(options={'max_velocity': 0.3}), chain) == (0.3,)
