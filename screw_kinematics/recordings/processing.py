@@ -108,6 +108,8 @@ class RobotOutcome:
         RMS of the accelerations' expected errors, and of the accelerations, over the joints
         [rad/s^2, m/s^2]; NaN where they are not estimated.
     summary : MotionSummary or None
+    findings : list of str
+        What is odd about the samples.
     comparison : str
         Of what the node published with the states, as text.
     compared : int
@@ -127,6 +129,7 @@ class RobotOutcome:
     accuracy: float = float('nan')
     signal: float = float('nan')
     summary: MotionSummary | None = None
+    findings: list[str] = field(default_factory=list)
     comparison: str = ''
     compared: int = 0
 
@@ -262,6 +265,7 @@ def _process_robot(task: Task, recording: Recording | JointTable, robot: Recorde
         account.outputs, {str(reason): n for reason, n in sorted(account.refused.items()) if n},
         robot.groups.missing(), robot.period, longest, *accuracy.result(),
         None if summarizer is None or not account.outputs else summarizer.summary,
+        robot.findings,
         table(differences) if differences else '', sum(d.compared for d in differences))
 
 

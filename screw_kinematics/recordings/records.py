@@ -37,6 +37,11 @@ def done_before(task: Task) -> Outcome | None:
         Path(file).exists() for file in outcome.files) else None
 
 
+def known(task: Task) -> bool:
+    """Return whether an earlier run has written the outputs, of whatever recording."""
+    return _file(task).exists()
+
+
 def keep(task: Task, outcome: Outcome) -> None:
     """Write down what was done, unless it failed."""
     if outcome.error:

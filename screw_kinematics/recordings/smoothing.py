@@ -36,6 +36,8 @@ class MotionBlock(NamedTuple):
         Mean over the joints of the accelerations' variance; NaN where they are not estimated.
     period : float
         Median time between two samples of the joints that come most seldom [s].
+    findings : tuple of str
+        What is odd about the samples.
 
     """
 
@@ -45,6 +47,7 @@ class MotionBlock(NamedTuple):
     refused: Counter[Reason]
     variance: Array
     period: float
+    findings: tuple[str, ...] = ()
 
 
 class Smoother:
@@ -97,7 +100,8 @@ class Smoother:
             motion[:, :, samples.columns] = at
         refused[Reason.TOO_FAR_APART] += int((~together).sum())
         return MotionBlock(instants[together], clock.received[own][together],
-                           motion[:, together], refused, clock.variance[own][together], period)
+                           motion[:, together], refused, clock.variance[own][together], period,
+                           tuple(dict.fromkeys(f for part in parts for f in part.findings)))
 
     def _motion(self, samples: GroupSamples, refused: Counter[Reason]) -> _GroupMotion:
         """Return the motion of joints that come together; count what was not used of the own."""
@@ -144,7 +148,7 @@ class Smoother:
         return _GroupMotion(
             start + np.rint(smoothed.stamps * 1e9).astype(np.int64), samples.received[chosen],
             np.array(derivatives[:self.order + 1]), run, own[chosen],
-            smoothed.variance[:, 2].mean(axis=1)).increasing(refused)
+            smoothed.variance[:, 2].mean(axis=1), smoothed.findings).increasing(refused)
 
     def _as_measured(self, samples: GroupSamples, used: Array, own: Array,
                      refused: Counter[Reason]) -> _GroupMotion:
@@ -167,6 +171,7 @@ class _GroupMotion(NamedTuple):
     run: Array
     own: Array
     variance: Array
+    findings: tuple[str, ...] = ()
 
     @classmethod
     def nothing(cls, order: int, n_joints: int) -> _GroupMotion:
@@ -181,7 +186,7 @@ class _GroupMotion(NamedTuple):
         refused[Reason.STAMP_NOT_INCREASING] += int((self.own & ~good).sum())
         return self if good.all() else _GroupMotion(
             self.stamps[good], self.received[good], self.motion[:, good], self.run[good],
-            self.own[good], self.variance[good])
+            self.own[good], self.variance[good], self.findings)
 
     def at(self, instants: Array) -> tuple[Array, Array]:
         """Return at which instants the motion is known, and what it is there."""

@@ -107,8 +107,13 @@ def group_files(files: Iterable[str]) -> dict[str, list[str]]:
     ['day/a.mcap', 'day/b.csv', 'day/run']
 
     """
+    files = list(files)
+    # A folder with records is one of outputs, unless recordings are asked for in it.
+    outputs = {file.partition('/_done/')[0] + '/' for file in files if '/_done/' in file}
     folders: dict[str, list[str]] = {}
     for file in files:
+        if any(file.startswith(output) for output in outputs):
+            continue
         folder, _, name = file.rpartition('/')
         if not any(part.startswith(('.', '_')) or '=' in part for part in file.split('/')[1:]):
             folders.setdefault(folder, []).append(name)
@@ -142,7 +147,7 @@ def short_names(places: Sequence[str]) -> list[str]:
     common = min([common, *(len(part) - 1 for part in parts)])
     whole = ['-'.join(part[common:]) for part in parts]
     plain = [_without_ending(name) for name in whole]
-    return [plain[i] if plain.count(plain[i]) == 1 else re.sub(r'\W', '_', whole[i])
+    return [plain[i] if plain.count(plain[i]) == 1 else re.sub(r'[^\w-]', '_', whole[i])
             for i in range(len(places))]
 
 
@@ -154,7 +159,7 @@ def _local(path: str) -> Iterator[tuple[str, tuple[int, str]]]:
             groups = {str(each): [str(each)]} if each.name.endswith(_RECORDINGS) else {}
         else:
             groups = group_files(file.as_posix() for file in sorted(each.rglob('*'))
-                                 if file.is_file())
+                                 if file.is_file() and file.parent != each / '_done')
             if len(groups) == 1 and next(iter(groups)).endswith(_STORAGES):
                 groups = {str(each): next(iter(groups.values()))}     # a bag without metadata
         for place, files in groups.items():

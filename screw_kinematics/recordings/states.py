@@ -71,6 +71,8 @@ class RecordedRobot:
         What became of the samples.
     period : float
         Median time between two samples, in the latest block [s].
+    findings : list of str
+        What is odd about the samples; of several blocks the first.
 
     """
 
@@ -82,6 +84,7 @@ class RecordedRobot:
         self.outputs = tuple(name for name in settings.outputs if name in RECORDED)
         self.account = Account()
         self.period = float('nan')
+        self.findings: list[str] = []
         self.groups = JointGroups(model.joint_names)
         needs = tuple(dict.fromkeys(
             need for output in self.outputs for need in KINDS[output].needs))
@@ -97,6 +100,7 @@ class RecordedRobot:
         for motion in run(smoother, cut(self._samples(recording), self.groups, self.account)):
             self.account.refused.update(motion.refused)
             self.period = motion.period
+            self.findings = self.findings or list(motion.findings)
             states = self._evaluate(motion)
             if len(states.stamps):
                 yield states

@@ -83,7 +83,9 @@ def print_single(outcome: Outcome, task: Task) -> None:
         why = explanation(robot, settings)
         if why:
             print(f'bag: {robot.name}: no state: {why}', file=sys.stderr)
-        elif _accuracy(robot):
+        for finding in robot.findings:
+            print(f'{robot.name}: {finding}')
+        if _accuracy(robot):
             print(f'{robot.name}: accelerations of the joints are expected to be right to '
                   f'{_accuracy(robot)}')
     for robot in outcome.robots:
@@ -134,6 +136,7 @@ def _row(robot: RobotOutcome) -> list[str]:
     stamps = f'{1 / robot.period:.1f} Hz' if robot.period > 0 else ''
     if robot.longest_pause > max(5 * robot.period, 0.1):
         stamps += f', a pause of {robot.longest_pause:.2f} s'
+    stamps += ''.join(f', {finding}' for finding in robot.findings)
     return [robot.name, str(robot.received), str(robot.states), _refused(robot.refused),
             stamps, _accuracy(robot)]
 

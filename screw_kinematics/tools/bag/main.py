@@ -95,14 +95,14 @@ def _bag(arguments: argparse.Namespace) -> int:
     if arguments.processes < 1:
         raise ParameterError('processes', arguments.processes, '1 or more')
     tasks = _tasks(arguments)
-    if len(tasks) > 1 or arguments.format == 'dataset' or arguments.scheduler:
+    if len(tasks) > 1 or arguments.format == 'dataset':
         outcomes = _many(arguments, tasks)
         print(summary_table(outcomes))
     else:
-        for place in () if arguments.force else tasks[0].places():
-            if place.exists():
-                raise ToolError(f'{place} exists already; choose another output, or --force')
-        with Bar(tasks) as bar, _runner(arguments.processes) as run:
+        problem = '' if arguments.force else _in_the_way(tasks[0])
+        if problem:
+            raise ToolError(problem)
+        with Bar(tasks) as bar, _runner(arguments) as run:
             outcomes = [process(tasks[0], run, partial(bar.advance, tasks[0]))]
         if outcomes[0].error:
             raise ToolError(outcomes[0].error)
@@ -147,10 +147,16 @@ def _many(arguments: argparse.Namespace, tasks: Sequence[Task]) -> list[Outcome]
     recorded = bool(tasks[0].form)
     before = {task.name: None if arguments.force or not recorded else records.done_before(task)
               for task in tasks}
+    for task in tasks:
+        # What no earlier run has written is somebody's.
+        problem = '' if arguments.force or records.known(task) else _in_the_way(task)
+        if problem:
+            before[task.name] = Outcome(task.name, task.source.place, 0, error=problem)
     left = [task for task in tasks if before[task.name] is None]
     done = {name: outcome for name, outcome in before.items() if outcome is not None}
-    if len(left) < len(tasks):
-        print(f'{len(tasks) - len(left)} of {len(tasks)} recordings are done and unchanged')
+    unchanged = sum(outcome.before for outcome in done.values())
+    if unchanged:
+        print(f'{unchanged} of {len(tasks)} recordings are done and unchanged')
     by_name = {task.name: task for task in tasks}
     with Bar(left) as bar:
         for outcome in _process(arguments, left, bar):
@@ -160,6 +166,12 @@ def _many(arguments: argparse.Namespace, tasks: Sequence[Task]) -> list[Outcome]
             done[outcome.name] = outcome
             bar.finish(task, outcome)
     return [done[task.name] for task in tasks]
+
+
+def _in_the_way(task: Task) -> str:
+    """Return what is where the outputs shall go; empty if nothing is."""
+    there = [str(place) for place in task.places() if place.exists()]
+    return f'{there[0]} exists already; choose another output, or --force' if there else ''
 
 
 def _process(arguments: argparse.Namespace, tasks: Sequence[Task], bar: Bar,
@@ -175,8 +187,13 @@ def _process(arguments: argparse.Namespace, tasks: Sequence[Task], bar: Bar,
 
 
 @contextmanager
-def _runner(processes: int) -> Iterator[Run]:
+def _runner(arguments: argparse.Namespace) -> Iterator[Run]:
     """Yield what smooths blocks, in several processes as soon as there are several blocks."""
+    processes = arguments.processes
+    if arguments.scheduler is not None:
+        with cluster(arguments.scheduler, processes) as client:
+            yield in_order(client.get_executor(pure=False), 2 * sum(client.ncores().values()))
+        return
     if processes == 1:
         yield map
         return

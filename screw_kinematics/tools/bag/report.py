@@ -156,6 +156,7 @@ def _stamps(robot: RobotOutcome) -> str:
     if robot.accuracy > 0:
         parts.append(f"the joints' accelerations are expected to be right to {robot.accuracy:.2g} "
                      f'of {robot.signal:.2g} rad/s² (RMS)')
+    parts += map(escape, robot.findings)
     faults = ', '.join(f'{count} {escape(reason)}' for reason, count in robot.refused.items())
     return '; '.join(parts) + (f'; <span class="fault">not used: {faults}</span>' if faults
                                else '')
