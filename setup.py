@@ -90,9 +90,10 @@ def core_modules() -> list[Extension]:
     """Return the modules to compile; see screw_kinematics/core/__init__.py."""
     if os.environ.get('SCREW_KINEMATICS_INTERPRETED'):
         return []
-    flags = os.environ.get('SCREW_KINEMATICS_FLAGS', '').split()    # of sanitizers
+    # Further flags, such as a sanitizer's, whose library is then loaded before the program.
+    flags = os.environ.get('SCREW_KINEMATICS_FLAGS', '').split()
     return [Extension(path[:-len('.py')].replace('/', '.'), [path],
-                      extra_compile_args=FLAGS + flags, extra_link_args=flags)
+                      extra_compile_args=FLAGS + flags)
             for path in found(f'{package_name}/core/*.py')
             if Path(path).stem not in ('__init__', 'uncompiled')]
 

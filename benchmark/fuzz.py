@@ -1,16 +1,18 @@
 # Copyright screw_kinematics contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-Coverage-guided fuzzing of everything that reads bytes from others.
+Coverage-guided fuzzing of everything that reads bytes and numbers from others.
 
 Run from the root of the source tree, ``python -m benchmark.fuzz urdf --seconds 60``; needs
 ``pip install atheris``. Whatever the bytes, a reader returns a result or raises an error
 of the package, within a second and 512 MB; the first input that breaks this rule stops the
-run with its traceback and is written to a file ``crash-...``.
+run with its traceback and is written to a file ``crash-...``. ``benchmark/sanitize.sh`` runs the
+fuzzers on a core that is built with sanitizers.
 """
 from __future__ import annotations
 
 import argparse
+from array import array
 from collections.abc import Callable
 from pathlib import Path
 import re
@@ -18,17 +20,21 @@ import sys
 import tempfile
 import time
 
+import numpy as np
+
 try:
     import atheris
 except ImportError:
     sys.exit('fuzzing needs the package atheris; install it with: pip install atheris')
 
 with atheris.instrument_imports(include=['screw_kinematics']):
+    from screw_kinematics.core.interpreter import Interpreter
     from screw_kinematics.errors import ScrewKinematicsError
     from screw_kinematics.messages.joint_state import JointStateDecoder
     from screw_kinematics.models.guarded_yaml import read_yaml
     from screw_kinematics.models.model_file import robot_from_data
     from screw_kinematics.models.urdf import load_urdf
+    from screw_kinematics.motion import MotionEstimator
     from screw_kinematics.node.foreign_encoding import read_by_middleware
 
 ROBOTS = Path(__file__).parents[1] / 'config' / 'robots'
@@ -63,10 +69,44 @@ def read_joint_state(data: bytes) -> object:
     return decoder.decode(data)
 
 
+def run_program(data: bytes) -> object:
+    """Run whatever code the interpreter of programs accepts, on one sample and on a batch."""
+    if len(data) < 4:
+        return None
+    n_rows, n_inputs, n_constants, n_outputs = data[:4]
+    words = array('Q', data[4:len(data) - (len(data) - 4) % 8])
+    outputs, code = words[:n_outputs % 8], words[n_outputs % 8:]
+    try:
+        program = Interpreter(code, n_rows, n_inputs, array('d', [0.5] * n_constants), outputs,
+                              n_inputs, [('all', slice(None))], np.empty)
+    except ValueError:
+        return None
+    none, many = np.empty((70, 0)), np.ones((70, n_inputs))
+    program.batch(0, 70, np.empty((70, len(outputs))), many, none, none, none, none)
+    return program.evaluate([1.0] * n_inputs), program.sample((many[0],))
+
+
+def estimate_motion(data: bytes) -> object:
+    """Let an estimator of two joints take samples of any numbers at any times."""
+    estimator = MotionEstimator(2, delay=0.02 * (data[:1] > b'\x80'))
+    numbers = array('d', data[1:len(data) - (len(data) - 1) % 8])
+    stamp = 0.0
+    for k in range(0, len(numbers) - 4, 5):
+        stamp += numbers[k]
+        velocity = numbers[k + 3:k + 5]
+        estimator.update(stamp, np.array(numbers[k + 1:k + 3]),
+                         np.array(velocity) if velocity[0] == velocity[0] else None)
+    return estimator
+
+
 TARGETS: dict[str, tuple[Callable[[bytes], object], list[bytes]]] = {
     'urdf': (read_urdf, [URDF]),
     'model': (read_model, [path.read_bytes() for path in ROBOTS.glob('*.yaml')]),
     'joint_state': (read_joint_state, [JOINT_STATE]),
+    'program': (run_program, [bytes([4, 2, 1, 1]) + array('Q', [
+        3, 1 << 16, 3 | 1 << 32 | 2 << 48, 5 | 1 << 16, 3 | 1 << 16 | 3 << 32]).tobytes()]),
+    'motion': (estimate_motion, [b'\0' + array('d', [
+        x for k in range(20) for x in (0.001, k * 0.01, 0.0, 10.0, 0.0)]).tobytes()]),
 }
 
 

@@ -76,20 +76,29 @@ class Build(NamedTuple):
     outdated: tuple[str, ...]
 
     @property
+    def state(self) -> str:
+        """Return 'compiled', 'interpreted' or 'outdated'."""
+        return 'outdated' if self.outdated else 'interpreted' if self.interpreted else 'compiled'
+
+    @property
     def compiled(self) -> bool:
-        """Whether all modules are compiled, and from the present texts."""
-        return not self.interpreted and not self.outdated
+        """Return whether all modules are compiled, and from the present texts."""
+        return self.state == 'compiled'
+
+    @property
+    def advice(self) -> str:
+        """Return what to do about it, if anything."""
+        if self.outdated:
+            return f'{", ".join(self.outdated)} changed since compiled: install the package again'
+        if not self.interpreted:
+            return ''
+        if os.environ.get(INTERPRETED):
+            return f'{INTERPRETED} is set'
+        return ('right, but up to a hundred times slower: install a C compiler and python3-dev, '
+                'then the package again')
 
     def __str__(self) -> str:
-        if self.outdated:
-            return (f'the core is outdated: {", ".join(self.outdated)} changed since compiled; '
-                    'install the package again')
-        if self.interpreted:
-            why = f'{INTERPRETED} is set' if os.environ.get(INTERPRETED) else \
-                'install a C compiler and python3-dev, then the package again'
-            return ('the core is interpreted, right but up to a hundred times slower '
-                    f'({", ".join(self.interpreted)}): {why}')
-        return 'the core is compiled'
+        return f'the core is {self.state}{self.advice and f" ({self.advice})"}'
 
 
 def build() -> Build:

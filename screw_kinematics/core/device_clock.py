@@ -661,4 +661,7 @@ class Readings:
 @cython.exceptval(check=False)
 def round_to(value: cython.double) -> cython.longlong:
     """Return the nearest integer."""
-    return int(value + 0.5) if value > 0.0 else -int(0.5 - value)
+    if cython.compiled:
+        return cython.cast(cython.longlong, value + 0.5 if value > 0.0 else value - 0.5)
+    else:
+        return int(value + 0.5) if value > 0.0 else -int(0.5 - value)

@@ -39,6 +39,8 @@ KINDS = 'muladd', 'mulsub', 'submul', 'div', 'sqrt', 'sincos'
 """What kinds 0 to 5 write: a b + c, a b - c, c - a b, a / b, root of a, and sine and cosine (a
 second target) of an angle. Sums are products by one, products sums with -0, to the bit."""
 MAX_ROWS = 1 << 16
+MAX_PARTS = 5
+"""Arrays that the inputs of a batch come in: q and four derivatives."""
 
 LARGEST_ANGLE = cython.declare(cython.double, 1e5)
 """Beyond it sines and cosines are left to the C library [rad]."""
@@ -414,23 +416,20 @@ class Interpreter:
 
     def batch(self, start: cython.Py_ssize_t, stop: cython.Py_ssize_t,
               out: cython.double[:, ::1], q: cython.double[:, :],
-              qd: cython.double[:, :] = None, qdd: cython.double[:, :] = None,
-              qddd: cython.double[:, :] = None, qdddd: cython.double[:, :] = None) -> bool:
+              qd: cython.double[:, :], qdd: cython.double[:, :], qddd: cython.double[:, :],
+              qdddd: cython.double[:, :]) -> bool:
         """
         Write the outputs of samples from `start` to `stop`; return False if sizes do not fit.
 
-        The arrays have a row for each sample; `out` is contiguous, inputs need not be. Other
-        threads may run meanwhile, also in this function.
+        The arrays have a row for each sample; `out` is contiguous, inputs need not be, and may
+        have no columns. Other threads may run meanwhile, also in this function.
         """
         i: cython.Py_ssize_t
         k: cython.Py_ssize_t
         count: cython.Py_ssize_t = out.shape[0]
-        width: cython.Py_ssize_t = _columns(q, count)
-        width += _columns(qd, count) if qd is not None else 0
-        width += _columns(qdd, count) if qdd is not None else 0
-        width += _columns(qddd, count) if qddd is not None else 0
-        width += _columns(qdddd, count) if qdddd is not None else 0
-        if (width != self.n_inputs or out.shape[1] != self.n_outputs
+        if (_columns(q, count) + _columns(qd, count) + _columns(qdd, count)
+                + _columns(qddd, count) + _columns(qdddd, count) != self.n_inputs
+                or out.shape[1] != self.n_outputs
                 or not 0 <= start <= stop <= count):
             return False
         v: cython.double[::1] = memoryview(array('d', bytes(8 * (self.n_rows + 1) * _BLOCK)))
@@ -442,14 +441,10 @@ class Interpreter:
                 count = stop - start
                 count = _BLOCK if count > _BLOCK else count
                 i = _gather(v, 0, q, start, count)
-                if qd is not None:
-                    i = _gather(v, i, qd, start, count)
-                if qdd is not None:
-                    i = _gather(v, i, qdd, start, count)
-                if qddd is not None:
-                    i = _gather(v, i, qddd, start, count)
-                if qdddd is not None:
-                    i = _gather(v, i, qdddd, start, count)
+                i = _gather(v, i, qd, start, count)
+                i = _gather(v, i, qdd, start, count)
+                i = _gather(v, i, qddd, start, count)
+                i = _gather(v, i, qdddd, start, count)
                 _run_block(self.code, self.size, v)
                 for k in range(count):
                     for i in range(self.n_outputs):

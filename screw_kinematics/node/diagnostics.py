@@ -14,6 +14,7 @@ from rclpy.time import Time
 
 from .joint_input import JointInput
 from .robot import Robot
+from .. import core
 from ..errors import Reason, ScrewKinematicsError
 from ..motion import MotionEstimator
 from ..pipeline.joint_groups import listed
@@ -47,6 +48,9 @@ class Diagnostics:
         self._logged: Counter[str] = Counter()
         self._last_log = -LOG_PERIOD
         self._incomplete: dict[str, float] = {}
+        self._core = core.build()
+        logger = node.get_logger()
+        (logger.info if self._core.compiled else logger.warning)(str(self._core))
 
     def report(self, now: Time, state: str, inputs: Mapping[str, JointInput],
                robots: Collection[Robot], faults: Sequence[str],
@@ -109,8 +113,9 @@ class Diagnostics:
     def _of_node(self, state: str, inputs: Mapping[str, JointInput], robots: list[str],
                  faults: Sequence[str], failure: ScrewKinematicsError | None,
                  ) -> DiagnosticStatus:
-        level, message = OK, state
-        values: dict[str, Any] = {'state': state, 'robots': ', '.join(robots)}
+        level, message = (OK, state) if self._core.compiled else (WARN, str(self._core))
+        values: dict[str, Any] = {'state': state, 'robots': ', '.join(robots),
+                                  'core': self._core.state}
         for topic, joint_input in inputs.items():
             values[f'{topic} publishers'] = joint_input.publishers
             values[f'{topic} received'] = joint_input.received

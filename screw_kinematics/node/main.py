@@ -15,7 +15,7 @@ import sys
 import textwrap
 
 from .stop_request import StopRequest
-from .. import __version__
+from .. import __version__, core
 from ..errors import InvalidValueError, MissingExtraError, ScrewKinematicsError
 
 NAME = 'kinematic_state_publisher'
@@ -145,7 +145,8 @@ def check_arguments(args: Sequence[str]) -> None:
         description='Publishes twist, acceleration and more of end effectors, from joint states.',
         epilog=f'parameters:\n{described(NODE)}\n\n'
                f'parameters of each robot:\n{described(ROBOT, "<robot>.")}\n{EXAMPLES}')
-    parser.add_argument('--version', action='version', version=f'%(prog)s {__version__}')
+    parser.add_argument('--version', action='version',
+                        version=f'%(prog)s {__version__}; {core.build()}')
     parser.parse_args(args)
 
 

@@ -22,7 +22,7 @@ from .instructions import StraightLine
 from .layout import interpreter
 from .python_text import python_function
 from ..core import interpreted
-from ..core.interpreter import COMPILED
+from ..core.interpreter import COMPILED, MAX_PARTS
 from ..screws.se3 import Array
 
 WORTH_A_THREAD = 1 << 13
@@ -81,11 +81,12 @@ class CompiledMachine:
         """Write the outputs; each thread has a part of the samples that is worth it."""
         n = max(1, min(threads, os.cpu_count() or 1, len(out) // WORTH_A_THREAD))
         ends = [len(out) * k // n for k in range(n + 1)]
-        others = [Thread(target=self._interpreter.batch, args=(start, stop, out, *parts))
+        arrays = out, *parts, *[np.empty((len(out), 0))] * (MAX_PARTS - len(parts))
+        others = [Thread(target=self._interpreter.batch, args=(start, stop, *arrays))
                   for start, stop in zip(ends[1:], ends[2:])]
         for thread in others:
             thread.start()
-        self._interpreter.batch(0, ends[1], out, *parts)
+        self._interpreter.batch(0, ends[1], *arrays)
         for thread in others:
             thread.join()
 

@@ -17,7 +17,7 @@ import re
 import sys
 from typing import Any, NoReturn
 
-from .. import __version__
+from .. import __version__, core
 from ..errors import ScrewKinematicsError
 from ..node.main import without_ros_arguments
 
@@ -40,7 +40,8 @@ class Parser(argparse.ArgumentParser):
                          epilog=f'examples:\n{examples}' if description else '',
                          formatter_class=argparse.RawDescriptionHelpFormatter, **others)
         self._examples = examples
-        self.add_argument('--version', action='version', version=f'{prog} {__version__}')
+        self.add_argument('--version', action='version',
+                          version=f'{prog} {__version__}; {core.build()}')
 
     def add_subparsers(self, **options: Any) -> Any:
         """Let the parsers of what the tool does show examples, too."""

@@ -1,6 +1,6 @@
 # Copyright screw_kinematics contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The interpreter of straight-line programs: the same bits however it runs, and no other memory."""
+"""The interpreter of straight-line programs: the same bits however it runs; no other memory."""
 from array import array
 import math
 import random
@@ -99,7 +99,8 @@ def test_the_text_of_the_interpreter_has_the_same_bits(case, monkeypatch):
     text = layout.interpreter(line, 6, {'all': slice(0, len(line.outputs))})
     assert [bits(text.evaluate(sample)) for sample in samples[:30]] == expected
     batch, out = np.array(samples[:30]), np.empty((30, len(line.outputs)))
-    assert text.batch(0, 30, out, batch[:, :5], batch[:, 5:])
+    none = np.empty((30, 0))
+    assert text.batch(0, 30, out, batch[:, :5], batch[:, 5:], none, none, none)
     assert [bits(row) for row in out] == expected
     assert bits(text.sample((batch[3],))['all']) == expected[3]
 
@@ -149,13 +150,15 @@ def test_arrays_that_do_not_fit_are_refused(module):
     for parts in ((), (one,), (one, np.ones(2)), (one, np.ones((1, 1))), (one, one.astype('f4')),
                   (one, one.astype('>f8')), (one, np.ones(1, dtype=int))):
         assert good.sample(parts) is None
-    many, out = np.ones((5, 1)), np.zeros((5, 1))
-    assert good.batch(1, 4, out, many, many) and out.ravel().tolist() == [0, 2, 2, 2, 0]
-    for start, stop, target, *inputs in [
-            (0, 5, out, many), (0, 5, out, many, many, many), (0, 6, out, many, many),
-            (-1, 5, out, many, many), (3, 2, out, many, many), (0, 5, out, many, many[:4]),
-            (0, 5, np.zeros((5, 2)), many, many), (0, 5, np.zeros((4, 1)), many, many)]:
-        assert not good.batch(start, stop, target, *inputs)
+    many, out, none = np.ones((5, 1)), np.zeros((5, 1)), np.empty((5, 0))
+    assert good.batch(1, 4, out, many, many, none, none, none)
+    assert out.ravel().tolist() == [0, 2, 2, 2, 0]
+    for start, stop, target, q, qd in [
+            (0, 5, out, many, none), (0, 6, out, many, many), (-1, 5, out, many, many),
+            (3, 2, out, many, many), (0, 5, out, many, many[:4]), (0, 4, out, many[:4], many[:4]),
+            (0, 5, np.zeros((5, 2)), many, many), (0, 4, np.zeros((4, 1)), many, many)]:
+        assert not good.batch(start, stop, target, q, qd, none, none, none)
+    assert not good.batch(0, 5, out, many, many, many, none, none)
 
 
 def test_a_sequence_that_shrinks_while_it_is_read_is_no_danger():

@@ -15,11 +15,11 @@ from typing import Any
 import numpy as np
 
 from .delay import recommend
-from .findings import Finding, has_problem, print_findings, PROBLEM
+from .findings import FACT, Finding, has_problem, print_findings, PROBLEM, REMARK
 from .model import report_model
 from .samples import report_streams
 from .. import console, robot_options, table_options
-from ... import models
+from ... import core, models
 from ...errors import ParameterError, ScrewKinematicsError
 from ...pipeline.parameter_file import read_robots, robot_settings
 from ...pipeline.robot_model import build_model, continuous_joints
@@ -67,7 +67,9 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _check(arguments: argparse.Namespace) -> int:
-    findings: list[Finding] = list(arguments.find(arguments))
+    build = core.build()
+    findings = [Finding(FACT if build.compiled else REMARK, f'the core is {build.state}',
+                        build.advice), *arguments.find(arguments)]
     print_findings(findings)
     return console.FOUND_PROBLEMS if has_problem(findings) else console.OK
 

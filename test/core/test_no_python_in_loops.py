@@ -1,0 +1,62 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""No call of Python in the loops of the core, by what Cython writes about each line."""
+import ast
+import os
+import re
+import subprocess
+import sys
+
+import pytest
+from screw_kinematics import core
+
+pytest.importorskip('Cython')
+
+LINE = re.compile(r'<pre class="cython line[^>]*>\D*<span class="">(\d+)</span>.*?</pre>'
+                  r"(?:\s*<pre class='cython code[^>]*>(.*?)</pre>)?", re.DOTALL)
+REFUSALS = re.compile(r'if \(unlikely\([^{}]*?\{[^{}]*\}', re.DOTALL)
+CALLS = re.compile(r"<span class='(?:py_c_api|pyx_c_api|pyx_macro_api)'>(\w+)")
+
+
+def calls(text, folder):
+    """Return what each line of a module calls of Python, but for what only refuses arguments."""
+    root = text.parents[2]
+    command = [sys.executable, '-m', 'cython', '-3', '--annotate', '-o',
+               str(folder / f'{text.stem}.c'), str(text.relative_to(root))]
+    subprocess.run(command, check=True, cwd=root, capture_output=True,
+                   env={**os.environ, 'PYTHONPATH': str(root)})
+    page = (folder / f'{text.stem}.html').read_text(encoding='utf-8')
+    return {int(number): CALLS.findall(REFUSALS.sub('', code))
+            for number, code in LINE.findall(page)}
+
+
+def loops(text):
+    """Yield lines of loops where no error can be raised, and of all that runs without the GIL."""
+    for node in ast.walk(ast.parse(text.read_text(encoding='utf-8'))):
+        if isinstance(node, ast.FunctionDef):
+            marks = {ast.unparse(mark) for mark in node.decorator_list}
+            if 'cython.nogil' in marks:
+                yield node.name, range(node.body[0].lineno, node.end_lineno + 1)
+            elif 'cython.exceptval(check=False)' in marks:
+                for inner in ast.walk(node):
+                    if isinstance(inner, (ast.For, ast.While)):
+                        yield node.name, range(inner.lineno, inner.end_lineno + 1)
+        elif isinstance(node, ast.With) and ast.unparse(node.items[0]) == 'cython.nogil':
+            yield 'nogil', range(node.body[0].lineno, node.end_lineno + 1)
+
+
+@pytest.mark.parametrize('text', core.texts(), ids=lambda text: text.stem)
+def test_no_line_of_a_loop_calls_python(text, tmp_path):
+    found, called = [*loops(text)], calls(text, tmp_path)
+    assert found and len(called) > 50
+    python = [f'{name}, line {number}: {called[number]}' for name, lines in found
+              for number in lines if called.get(number)]
+    assert not python, f'{text.name} calls Python in {python}'
+
+
+def test_a_line_that_calls_python_is_found(tmp_path):
+    """The test itself: what makes a float of a number calls Python."""
+    text = next(text for text in core.texts() if text.stem == 'interpreter')
+    lines = text.read_text(encoding='utf-8').splitlines()
+    boxed = next(k for k, line in enumerate(lines, start=1) if 'PyFloat_FromDouble(self' in line)
+    assert 'PyFloat_FromDouble' in calls(text, tmp_path)[boxed]
