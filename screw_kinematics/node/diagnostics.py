@@ -49,7 +49,10 @@ class Diagnostics:
         self._last_log = -LOG_PERIOD
         self._incomplete: dict[str, float] = {}
         self._core = core.build()
-        logger = node.get_logger()
+
+    def log_core(self) -> None:
+        """Log whether the core is compiled."""
+        logger = self._node.get_logger()
         (logger.info if self._core.compiled else logger.warning)(str(self._core))
 
     def report(self, now: Time, state: str, inputs: Mapping[str, JointInput],

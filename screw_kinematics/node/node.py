@@ -70,6 +70,7 @@ class KinematicStatePublisher(LifecycleNode):
         except ScrewKinematicsError:
             self.destroy_node()
             raise
+        self._diagnostics.log_core()
 
     def _start(self) -> None:
         self._settings = NodeParameters(self)

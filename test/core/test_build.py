@@ -42,6 +42,14 @@ def test_an_edited_text_is_noticed(room, name):
     assert str(core.build()).startswith('the core is outdated (loops changed')
 
 
+@pytest.mark.parametrize('module', ['node.main', 'tools.check.main'])
+def test_the_version_says_it_too(module):
+    program = subprocess.run(
+        [sys.executable, '-m', f'screw_kinematics.{module}', '--version'], capture_output=True,
+        text=True, check=True, env={**os.environ, 'PYTHONPATH': str(Path(core.__file__).parents[2])})
+    assert program.stdout.strip().endswith(f'; {core.build()}')
+
+
 def test_the_environment_chooses_the_texts():
     """Whatever has been compiled, with the variable set the modules of the room are texts."""
     code = ('from importlib import import_module\n'

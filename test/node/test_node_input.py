@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.serialization import serialize_message
-from screw_kinematics import models
+from screw_kinematics import core, models
 from sensor_msgs.msg import JointState
 from support.rig import joint_state, PUMA, RELIABLE_INPUT, running, six, smooth_motion, stamp_ns
 from visualization_msgs.msg import Marker, MarkerArray
@@ -107,6 +107,12 @@ def test_bad_messages_are_refused_counted_and_do_no_harm(rig):
     rig.wait(lambda: len(twists) == before + len(BAD))
     assert np.all(np.isfinite([six(m.twist) for m in twists]))
     rig.wait(lambda: 'position_not_finite' in rig.log.read_text())
+
+
+def test_it_says_whether_its_core_is_compiled(rig):
+    state = core.build().state
+    rig.wait_for_value('node', 'core', state)
+    assert f'the core is {state}' in rig.log.read_text()
 
 
 def test_levels_of_the_diagnostics(rig):
