@@ -46,7 +46,8 @@ def test_an_edited_text_is_noticed(room, name):
 def test_the_version_says_it_too(module):
     program = subprocess.run(
         [sys.executable, '-m', f'screw_kinematics.{module}', '--version'], capture_output=True,
-        text=True, check=True, env={**os.environ, 'PYTHONPATH': str(Path(core.__file__).parents[2])})
+        text=True, check=True,
+        env={**os.environ, 'PYTHONPATH': str(Path(core.__file__).parents[2])})
     assert program.stdout.strip().endswith(f'; {core.build()}')
 
 

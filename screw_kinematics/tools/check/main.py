@@ -68,8 +68,8 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def _check(arguments: argparse.Namespace) -> int:
     build = core.build()
-    findings = [Finding(FACT if build.compiled else REMARK, f'the core is {build.state}',
-                        build.advice), *arguments.find(arguments)]
+    findings = [*arguments.find(arguments), Finding(
+        FACT if build.compiled else REMARK, f'the core is {build.state}', build.advice)]
     print_findings(findings)
     return console.FOUND_PROBLEMS if has_problem(findings) else console.OK
 
