@@ -102,7 +102,8 @@ V_ALIVE = cython.declare(cython.int, 20)
 V_MISSING = cython.declare(cython.int, 21)
 V_SHARE = cython.declare(cython.int, 22)
 V_TRUE = cython.declare(cython.int, 23)
-V_NUMBERS = cython.declare(cython.int, 24)
+V_SEEN = cython.declare(cython.int, 24)
+V_NUMBERS = cython.declare(cython.int, 25)
 
 # What `read` answers.
 READ = cython.declare(cython.int, 0)
@@ -699,8 +700,12 @@ class Bank:
             y[j, V_WAY] = k * y[j, V_WAY] + way
             left: cython.double = (y[j, V_WRONG] + y[j, V_LAG] * y[j, V_CHANGE]
                                    - y[j, V_SCALE] * y[j, V_WAY])
-            k = 1.0 - exp(-dt)
             back: cython.double = v * dt - step
+            k = 1.0 - exp(-dt)
+            if self.steps > FIRST_WAIT:
+                y[j, V_SEEN] += 1.0
+                first: cython.double = 1.0 / y[j, V_SEEN]
+                k = k if k > first else first
             y[j, V_DIFFERENCED] += k * (back * back - y[j, V_DIFFERENCED])
             # A velocity of the step's end leaves half of what the acceleration adds to it.
             back -= 0.5 * self.now[2, j] * dt * dt

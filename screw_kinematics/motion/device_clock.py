@@ -32,6 +32,12 @@ ADOPT = 12.0
 UNFORESEEN = 50.0
 """Acceleration of all joints together that may come from one reading to the next, rad/s^2."""
 
+FAR = 12
+"""Ticks beyond which the filters do not foresee where the joints will be."""
+
+REGULAR = 0.05
+"""Deviation of stamps from their ticks, in periods, up to which they are right about a pause."""
+
 HELD_MOST = 0.1
 """A reading that repeats for longer is of joints that stand, s."""
 
@@ -104,7 +110,7 @@ class DeviceClock:
         self._new, self._rest = 0, 8
         self._patience, self._due, self._told, self._lossy = 1.0, 0.0, 0, False
         self._foreseen: float | None = None
-        self._wrong = 0.0
+        self._wrong, self._contrary = 0.0, 0
         self._quantum = inf
         self._same = 0
         self._moved: tuple[array[float], list[float] | None, float, float] = (
@@ -147,10 +153,10 @@ class DeviceClock:
             return self._begin(stamp, position, same)
         period, unit = ticks.period, self.unit
         agreed = position
-        x, foreseen, unforeseen, length, usual = 0.0, 1e3, 1e3, 0.0, 0.0
+        x, foreseen, unforeseen, length, usual, near = 0.0, 1e3, 1e3, 0.0, 0.0, FAR
         if bank is not None:
             near = round((stamp - ticks.phase) / period)
-            span = (near if 0 < near < 12 else 1) * unit
+            span = (near if 0 < near < FAR else 1) * unit
             agreed = self._agreed
             x, length = bank.travel(position, unit, span, UNFORESEEN, agreed)
             usual = length if self._foreseen is None else self._foreseen
@@ -213,14 +219,21 @@ class DeviceClock:
         late = ticks.advance(d, stamp, told or not (before and self._lossy))
         if self.share < 1.0:
             self._ratio = unit / period                 # stamps alone need none
-        if agree and self.share == 1.0:
+        regular = ticks.deviation < REGULAR * period
+        if agree:
+            onward = span if self.share == 1.0 else d * unit + self.share * step * self._ratio
+        elif regular and told and near < FAR:
+            # Either the stamps' clock was set, or the pace of the readings has changed.
+            onward = min(d * unit, span, key=lambda time: abs(time - x * unit))
+        elif regular:
             onward = span
-        elif agree:
-            onward = d * unit + self.share * step * self._ratio
         elif told:
             onward = d * unit + self.share * min(max(x - d, -0.2), 0.2) * unit
         else:
             onward = d * unit
+        # Late again and again, or early: these are not the ticks. Who catches up is late, less.
+        self._contrary = 0 if agree else self._contrary + (
+            regular and (step > 0.0 or late < 0.0))
         self._time += max(onward, 0.1 * unit)
         self._ahead = late * (1.0 - self.share * agree) * self._ratio
         if not same:
@@ -231,8 +244,8 @@ class DeviceClock:
         replay = None
         if not same and self._new >= self._rest and self._readings.number() >= BLOCK:
             replay = self._judge()
-        if self._wrong > 0.4 or (self.ticks is ticks and ticks.sets > 3.0
-                                 and abs(ticks.lean) > 0.8):
+        if self._wrong > 0.4 or self._contrary > 2 or (
+                self.ticks is ticks and ticks.sets > 3.0 and abs(ticks.lean) > 0.8):
             replay = self._begin_anew() or replay
         return Placed(self._time, self._time + self._ahead, 1.0 / self._ratio, 0.0, replay)
 
@@ -290,6 +303,7 @@ class DeviceClock:
         self.ticks = None
         self._stamps = [self._last]
         self.share, self.proven, self._wrong, self._ahead = 1.0, False, 0.0, 0.0
+        self._contrary = 0
         self._readings.clear()
         self._squares, self._blocks = [0.0, 0.0, 0.0], 0
         self._rest, self._due, self._patience = 8, 0.0, 1.0
