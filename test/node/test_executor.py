@@ -74,12 +74,18 @@ def test_a_signal_ends_the_loop_while_messages_never_cease(executor, node):
 
 
 def test_a_shutdown_of_the_middleware_ends_the_loop(executor, node, context):
-    timer = node.create_timer(
-        0.01, lambda: threading.Thread(target=context.try_shutdown).start())
+    ends = []
+
+    def end():
+        if not ends:    # once: from Kilted on, what belongs to a context dies with it
+            ends.append(threading.Thread(target=context.try_shutdown))
+            ends[0].start()
+
+    node.create_timer(0.01, end)
     with StopRequest() as stop:
         spin(executor, stop)
     assert stop.made
-    timer.cancel()
+    ends[0].join()
 
 
 def test_errors_in_callbacks_are_told_and_do_not_end_the_loop(executor, node, capfd):
