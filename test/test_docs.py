@@ -27,6 +27,7 @@ YAML = re.compile(r'^```yaml\n(.*?)^```$', re.DOTALL | re.MULTILINE)
 LINK = re.compile(r'(?<!`)\]\(([^)\s`]+)\)')
 ROLE = re.compile(r'\{doc\}`(?:[^`<]*<)?([^`>]+)>?`')
 TEST = re.compile(r'`([\w/]*test_\w+\.py)::(test_\w+)`')
+FILE = re.compile(r'`((?:\w+/)+\w+\.\w+)`')
 FENCED = re.compile(r'^```.*?^```$', re.DOTALL | re.MULTILINE)
 FLAGS = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE | doctest.IGNORE_EXCEPTION_DETAIL
 
@@ -105,6 +106,12 @@ NAMED = sorted({found for page in TEXTS if page.exists()
 @pytest.mark.parametrize('file, test', NAMED)
 def test_named_tests_exist(file, test):
     assert re.search(rf'^def {test}\(', (ROOT / 'test' / file).read_text(), re.MULTILINE)
+
+
+@pytest.mark.parametrize('page', ['doc/architecture.md', 'CONTRIBUTING.md'])
+def test_files_named_on_a_page_exist(page):
+    for file in FILE.findall((ROOT / page).read_text(encoding='utf-8')):
+        assert (ROOT / file).exists() or (ROOT / 'screw_kinematics' / file).exists(), file
 
 
 def test_reasons_are_all_on_the_page_of_diagnostics():
