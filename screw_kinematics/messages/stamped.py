@@ -66,8 +66,7 @@ class _Encoder:
         except OverflowError:
             message = None
         if message is None:
-            raise InvalidValueError(
-                f'stamp {stamp_ns} ns does not fit a message, which holds seconds as int32')
+            raise out_of_range(stamp_ns)
         return message
 
 
@@ -148,3 +147,29 @@ class TwistWithCovarianceEncoder(_Encoder):
 
 
 AccelWithCovarianceEncoder = TwistWithCovarianceEncoder
+
+
+class ImuEncoder(_Encoder):
+    """
+    Writes `Imu`, from 37 values in the order of the message.
+
+    Orientation (x, y, z, w) and its covariance (3, 3) row by row, angular velocity and its
+    covariance, specific force and its covariance.
+
+    Parameters
+    ----------
+    frame_id : str
+        Frame of the sensor, in whose axes the vectors are expressed.
+
+    """
+
+    __slots__ = ()
+
+    def __init__(self, frame_id: str) -> None:
+        super().__init__([frame_id], range(37))
+
+
+def out_of_range(stamp_ns: int) -> InvalidValueError:
+    """Return the error for a stamp that does not fit a message."""
+    return InvalidValueError(
+        f'stamp {stamp_ns} ns does not fit a message, which holds seconds as int32')

@@ -3,7 +3,6 @@
 """The topics of one robot: who listens, and what publishes a state on each."""
 from __future__ import annotations
 
-from collections.abc import Collection
 from importlib import import_module
 from typing import Any, Protocol
 
@@ -11,11 +10,10 @@ from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import QoSProfile
 from rclpy.qos_overriding_options import QoSOverridingOptions
-from sensor_msgs.msg import JointState
 
 from .markers import MarkerPublisher
 from ..pipeline.kinematics import Kinematics, State
-from ..pipeline.message_writers import Frames, message_writer, MessageWriter
+from ..pipeline.message_writers import message_writer, MessageWriter
 from ..pipeline.outputs import KINDS
 from ..pipeline.settings import RobotSettings
 
@@ -54,27 +52,6 @@ class BytesPublisher:
     def publish(self, state: State) -> None:
         """Publish a state."""
         self._handle.publish_raw(self._writer.encode(state))
-
-
-class PassiveJointPublisher:
-    """Publishes the passive joints of a parallel robot."""
-
-    order = KINDS['passive_joint_states'].order
-
-    def __init__(self, publisher: Publisher, slices: Any, joint_names: Collection[str]) -> None:
-        self._publisher = publisher
-        self._position, self._velocity = (
-            slices[need] for need in KINDS['passive_joint_states'].needs)
-        self._message: Any = JointState(name=list(joint_names))
-
-    def publish(self, state: State) -> None:
-        """Publish a state."""
-        message = self._message
-        stamp = message.header.stamp
-        stamp.sec, stamp.nanosec = divmod(state.stamp_ns, 10**9)
-        message.position = list(state.values[self._position])
-        message.velocity = list(state.values[self._velocity])
-        self._publisher.publish(message)
 
 
 class Publishers:
@@ -123,8 +100,15 @@ class Publishers:
 
     @property
     def needs(self) -> tuple[str, ...]:
-        """Return the outputs of a program that serves what is wanted."""
-        return tuple(dict.fromkeys(need for name in self.wanted for need in KINDS[name].needs))
+        """Return the outputs of a program that serves what is wanted; none if nothing is."""
+        needs = tuple(dict.fromkeys(need for name in self.wanted for need in KINDS[name].needs))
+        # Outputs that are of the joints alone go with the smallest program.
+        return needs or (('pose',) if self.wanted else ())
+
+    @property
+    def order(self) -> int:
+        """Return the highest derivative of the joint positions that is wanted."""
+        return max((KINDS[name].order for name in self.wanted), default=0)
 
     @property
     def covariance(self) -> bool:
@@ -146,19 +130,16 @@ class Publishers:
 
         """
         slices = kinematics.program.slices
-        frames = Frames.of(model, settings.frame_prefix, settings.expressed_in)
         self._active = {}
         for name in self.wanted:
             publisher = self._publishers[name]
             if name == 'markers':
                 self._active[name] = MarkerPublisher(
-                    publisher.publish, slices, settings, frames.base)
-            elif name == 'passive_joint_states':
-                self._active[name] = PassiveJointPublisher(
-                    publisher, slices, model.passive_joint_names)
+                    publisher.publish, slices, settings,
+                    settings.frame_prefix + model.base_frame)
             else:
                 self._active[name] = BytesPublisher(
-                    publisher, message_writer(name, slices, frames), KINDS[name].order)
+                    publisher, message_writer(name, slices, model, settings), KINDS[name].order)
 
     def deactivate(self) -> None:
         """Publish nothing."""

@@ -212,6 +212,6 @@ class Robot:
         if self._program is not None:       # postures of parallel robots go on
             program.continue_from(self._program)
         self._program = program
-        kinematics = Kinematics(program, self.publishers.covariance)
+        kinematics = Kinematics(program, self.publishers.covariance, self.publishers.order)
         self._renew_pipeline().activate(kinematics)
         self.publishers.activate(kinematics, self.model, self.settings)

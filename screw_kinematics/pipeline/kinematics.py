@@ -71,13 +71,15 @@ class Kinematics:
     program : RobotProgram
     covariance : bool
         Whether the variances of the joints' motion are wanted too.
+    order : int
+        Derivative of the joints' motion that is wanted, beside what the program takes.
 
     """
 
-    def __init__(self, program: RobotProgram, covariance: bool = False) -> None:
+    def __init__(self, program: RobotProgram, covariance: bool = False, order: int = 0) -> None:
         self.program = program
         self.covariance = covariance
-        self.order = program.order
+        self.order = max(program.order, order)
         self._inputs = program.inputs
         self._dof = program.inputs // (program.order + 1)
 
@@ -91,11 +93,11 @@ class Kinematics:
             The robot has no state at this posture.
 
         """
-        inputs, order = motion.values, self.order
+        inputs = motion.values
+        order = len(inputs) // self._dof - 1
         if len(inputs) > self._inputs:
             inputs = inputs[:self._inputs]
         elif len(inputs) < self._inputs:
-            order = len(inputs) // self._dof - 1
             inputs = [*inputs, *(0.0,) * (self._inputs - len(inputs))]
         values = self.program.evaluate(inputs)
         total = sum(values)

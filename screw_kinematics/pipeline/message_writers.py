@@ -7,16 +7,22 @@ Each class here writes one kind of message; all have the same ``encode``.
 """
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
+import numpy as np
+
 from .kinematics import State
 from .outputs import KINDS
+from .robot_model import moving_joints, MovingJoint
+from .settings import RobotSettings
 from ..chains.covariance import through_jacobian
+from ..messages.joint_motion import JointStateEncoder, JointTrajectoryEncoder
 from ..messages.stamped import (
-    PoseEncoder, TwistEncoder, TwistWithCovarianceEncoder, VelocityEncoder)
+    ImuEncoder, PoseEncoder, TwistEncoder, TwistWithCovarianceEncoder, VelocityEncoder)
 from ..screws.rotations import quaternion_from_row
+from ..screws.se3 import Array
 
 Slices = Mapping[str, slice]
 
@@ -43,23 +49,35 @@ class MessageWriter(Protocol):
         """Return the serialized message."""
 
 
-def message_writer(output: str, slices: Slices, frames: Frames) -> MessageWriter:
+def message_writer(output: str, slices: Slices, model: Any,
+                   settings: RobotSettings) -> MessageWriter:
     """
     Return what writes the messages of an output.
 
     Parameters
     ----------
     output : str
-        Any of KINDS but markers and passive joint states.
+        Any of KINDS but markers.
     slices : mapping from str to slice
         Where the program's outputs are among the values of a state.
-    frames : Frames
-        Their names in the messages.
+    model : SerialChain or ParallelManipulator
+        Names frames and joints.
+    settings : RobotSettings
+        Axes and reference point of the program, prefix of frame names, gravity.
 
     """
     kind = KINDS[output]
+    frames = Frames.of(model, settings.frame_prefix, settings.expressed_in)
     if output == 'pose':
         return PoseWriter(slices['pose'], frames)
+    if output == 'imu':
+        return ImuWriter(slices, frames, settings)
+    if output in ('joint_motion', 'joint_states'):
+        names, joints = moving_joints(model)
+        encoder = JointTrajectoryEncoder if output == 'joint_motion' else JointStateEncoder
+        return JointWriter(encoder(names), joints, kind.order + 1)
+    if output == 'passive_joint_states':
+        return PassiveJointWriter(slices, JointStateEncoder(model.passive_joint_names))
     if kind.covariance:
         return CovarianceWriter(slices[kind.needs[0]], slices['jacobian'], kind.order, frames)
     if output == 'velocity':
@@ -109,3 +127,77 @@ class CovarianceWriter:
         covariance = through_jacobian(state.values[self._jacobian],
                                       state.motion.variances[self._variances])
         return self._encoder.encode(state.stamp_ns, (*state.values[self._at], *covariance))
+
+
+class JointWriter:
+    """The joints' motion; those that mimic others follow them."""
+
+    def __init__(self, encoder: JointStateEncoder | JointTrajectoryEncoder,
+                 joints: Sequence[MovingJoint], arrays: int) -> None:
+        self._encoder = encoder
+        self._joints = joints
+        self._arrays = arrays
+        self._plain = all(joint == MovingJoint(k, 1.0, 0.0) for k, joint in enumerate(joints))
+
+    def encode(self, state: State) -> bytes:
+        """Return the serialized message."""
+        values = state.motion.values
+        if not self._plain:
+            n = len(values) // (state.order + 1)
+            values = [joint.of(values[k * n + joint.column], k)
+                      for k in range(self._arrays) for joint in self._joints]
+        return self._encoder.encode(state.stamp_ns, values)
+
+
+class PassiveJointWriter:
+    """Positions and velocities of the joints of a parallel robot that are not measured."""
+
+    def __init__(self, slices: Slices, encoder: JointStateEncoder) -> None:
+        self._position, self._velocity = (
+            slices[need] for need in KINDS['passive_joint_states'].needs)
+        self._encoder = encoder
+
+    def encode(self, state: State) -> bytes:
+        """Return the serialized message."""
+        return self._encoder.encode(state.stamp_ns, (
+            *state.values[self._position], *state.values[self._velocity]))
+
+
+class ImuWriter:
+    """What an inertial measurement unit at the tip would say, in the tip's axes."""
+
+    def __init__(self, slices: Slices, frames: Frames, settings: RobotSettings) -> None:
+        self._pose, self._twist, self._accel, self._jacobian = (
+            slices[need] for need in KINDS['imu'].needs)
+        self._in_base = settings.expressed_in == 'base'
+        self._at_base = settings.reference_point == 'base'
+        self._gravity = np.array(settings.gravity)
+        self._encoder = ImuEncoder(frames.tip)
+
+    def encode(self, state: State) -> bytes:
+        """Return the serialized message."""
+        row = state.values[self._pose]
+        to_base = np.array(row[3:]).reshape(3, 3)
+        to_tip = to_base.T if self._in_base else np.eye(3)
+        w, _ = np.reshape(state.values[self._twist], (2, 3)) @ to_tip.T
+        alpha, a = np.reshape(state.values[self._accel], (2, 3)) @ to_tip.T
+        jacobian = np.reshape(state.values[self._jacobian], (6, -1))
+        turning, moving = to_tip @ jacobian[:3], to_tip @ jacobian[3:]
+        if self._at_base:       # from the point at the base's origin to the tip
+            r = to_base.T @ row[:3]
+            a = a + np.cross(alpha, r) + np.cross(w, np.cross(w, r))
+            moving = moving + np.cross(turning, r, axisa=0, axisc=0)
+        of_position, of_velocity, of_acceleration, _ = np.reshape(state.motion.variances, (4, -1))
+        return self._encoder.encode(state.stamp_ns, [
+            *quaternion_from_row(row[3:]), *_covariance(turning, of_position),
+            *w.tolist(), *_covariance(turning, of_velocity),
+            *(a - to_base.T @ self._gravity).tolist(), *_covariance(moving, of_acceleration)])
+
+
+def _covariance(jacobian: Array, variances: Array) -> list[float]:
+    """Return a covariance row by row; all zero, as in ROS messages, if it is not known."""
+    covariance = (jacobian * variances) @ jacobian.T
+    if not np.all(np.isfinite(covariance)):
+        return [0.0] * 9
+    values: list[float] = covariance.ravel().tolist()
+    return values

@@ -17,7 +17,7 @@ class OutputKind(NamedTuple):
     order : int
         Highest derivative of the joint positions in it.
     needs : tuple of str
-        Outputs of the compiled program it is made from.
+        Outputs of the compiled program it is made from; none: of the joints' motion.
     size : int
         How many numbers a message ends with; 0: it is not so simple.
     covariance : bool
@@ -48,6 +48,10 @@ KINDS = {
                                        covariance=True),
     'accel_with_covariance': _geometry('AccelWithCovariance', 2, 'accel', 'jacobian', size=0,
                                        covariance=True),
+    'imu': OutputKind('sensor_msgs/msg/Imu', 2, ('pose', 'twist', 'accel', 'jacobian'), size=0,
+                      covariance=True),
+    'joint_motion': OutputKind('trajectory_msgs/msg/JointTrajectory', 2, (), size=0),
+    'joint_states': OutputKind('sensor_msgs/msg/JointState', 1, (), size=0),
     'markers': OutputKind('visualization_msgs/msg/MarkerArray', 2,
                           ('pose', 'twist', 'reduced_accel'), size=0),
     'passive_joint_states': OutputKind('sensor_msgs/msg/JointState', 1,

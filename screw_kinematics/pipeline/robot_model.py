@@ -3,7 +3,8 @@
 """From the settings of a robot to its model."""
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Sequence
+from typing import Any, NamedTuple
 
 from .settings import MotionSettings, RobotSettings
 from .. import models
@@ -79,3 +80,29 @@ def plausible_velocities(motion: MotionSettings, model: Any) -> tuple[float, ...
 def continuous_joints(model: Any) -> tuple[bool, ...]:
     """Return for each measured joint of a model whether its position may wrap at 2 pi."""
     return tuple(kind == 'continuous' for kind in model.joint_kinds)
+
+
+class MovingJoint(NamedTuple):
+    """A joint of a model that follows a measured one, or is one: multiplier 1, offset 0."""
+
+    column: int
+    multiplier: float
+    offset: float
+
+    def of(self, value: float, derivative: int) -> float:
+        """Return the joint's position (0) or rate, from that of the measured one."""
+        return self.multiplier * value + (self.offset if derivative == 0 else 0.0)
+
+
+def moving_joints(model: Any) -> tuple[list[str], Sequence[MovingJoint]]:
+    """Return names of all joints whose motion the measured ones tell, in the model's order."""
+    column = {name: k for k, name in enumerate(model.joint_names)}
+    joints = [joint for joint in getattr(model, 'joints', ()) if joint.source in column]
+    if not joints:
+        return list(model.joint_names), [MovingJoint(k, 1.0, 0.0) for k in column.values()]
+    # A measured joint may not be on the way from base to tip, while its followers are.
+    mimics = [joint.mimic for joint in joints]
+    moving = [MovingJoint(column[joint.source], *(
+        (1.0, 0.0) if mimic is None else (float(mimic.multiplier), float(mimic.offset))))
+        for joint, mimic in zip(joints, mimics)]
+    return [joint.name for joint in joints], moving

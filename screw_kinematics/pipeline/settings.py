@@ -150,13 +150,14 @@ def topics(value: Any) -> tuple[str, ...]:
     return tuple(dict.fromkeys(names))
 
 
-def offset(value: Any) -> tuple[float, ...]:
-    """Return six numbers."""
-    check = number(-LARGEST_OFFSET, LARGEST_OFFSET)
-    numbers = tuple(check(v) for v in _items(value))
-    if len(numbers) != 6:
-        raise ValueError
-    return numbers
+def numbers(count: int, largest: float) -> Check:
+    """Return a check for so many finite numbers."""
+    def check(value: Any) -> tuple[float, ...]:
+        values = tuple(map(number(-largest, largest), _items(value)))
+        if len(values) != count:
+            raise ValueError
+        return values
+    return check
 
 
 def strings(value: Any) -> tuple[str, ...]:
@@ -217,7 +218,7 @@ ROBOT = (
     Setting('tool_offset', [0.0] * 6,
             'Pose of the tool in the tip frame: x y z [m], roll pitch yaw [rad].',
             f'six finite numbers of at most {LARGEST_OFFSET:g}, all written with a point (0.0): '
-            'ROS takes a mixed list for text', offset),
+            'ROS takes a mixed list for text', numbers(6, LARGEST_OFFSET)),
     Setting('frame_prefix', '', 'Put before the frame names in messages.',
             'a string', text),
     Setting('joint_states_topic', 'joint_states',
@@ -230,6 +231,10 @@ ROBOT = (
     _choice('reference_point', 'tip',
             'Point of the end effector the linear parts refer to: origin of the tip frame, or '
             'the material point now at the origin of the base frame.', ('tip', 'base')),
+    Setting('gravity', [0.0, 0.0, -9.80665],
+            'Acceleration of free fall in the axes of the base frame, for imu [m/s^2].',
+            'three finite numbers of at most 1000, all written with a point (0.0)',
+            numbers(3, 1000.0)),
     _choice('velocity_source', 'auto',
             'Joint velocity: measured (as received), estimated (from positions alone), or auto '
             '(estimated, with the measured one as far as it proves right).', VELOCITY_SOURCES),
@@ -312,6 +317,7 @@ class RobotSettings:
     outputs: tuple[str, ...]
     expressed_in: str
     reference_point: str
+    gravity: tuple[float, ...]
     stale_timeout: float
     markers_rate: float
     motion: MotionSettings

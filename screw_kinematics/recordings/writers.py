@@ -16,7 +16,7 @@ from .tables import TableWriter
 from ..errors import MissingExtraError
 from ..pipeline.group_motion import Motion
 from ..pipeline.kinematics import State
-from ..pipeline.message_writers import Frames, message_writer, MessageWriter
+from ..pipeline.message_writers import message_writer, MessageWriter
 from ..pipeline.outputs import KINDS
 from ..screws.rotations import quaternion_from_rotation
 from ..screws.se3 import Array
@@ -80,12 +80,12 @@ class BagWriter:
 
     def _advertise(self, robot: RecordedRobot) -> list[tuple[Any, MessageWriter]]:
         settings = robot.settings
-        frames = Frames.of(robot.model, settings.frame_prefix, settings.expressed_in)
         # The messages name the base only.
         topics = full_name(self._namespace, settings.name).lstrip('/')
-        self._writer.set_custom_data(f'{topics}.tip_frame', frames.tip)
+        self._writer.set_custom_data(
+            f'{topics}.tip_frame', settings.frame_prefix + robot.model.tip_frame)
         return [(self._connection(f'{settings.name}/{output}', KINDS[output].type_name),
-                 message_writer(output, robot.program.slices, frames))
+                 message_writer(output, robot.program.slices, robot.model, settings))
                 for output in robot.outputs]
 
     def _connection(self, topic: str, type_name: str) -> Any:
