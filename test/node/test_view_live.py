@@ -8,14 +8,18 @@ import subprocess
 import sys
 import urllib.request
 
+from geometry_msgs.msg import AccelStamped, TwistStamped
 import numpy as np
 import pytest
+import rclpy
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from std_msgs.msg import String
 
 pytest.importorskip('viser')
 
 from screw_kinematics.tools import stage    # noqa: E402
 from screw_kinematics.tools.processes import Children    # noqa: E402
-from screw_kinematics.tools.view.live import LiveRobots    # noqa: E402
+from screw_kinematics.tools.view.live import LiveRobots, look_around    # noqa: E402
 from screw_kinematics.tools.view.motion import ShownMotion    # noqa: E402
 
 LIMIT = 120.0    # s; the machine may be busy
@@ -59,3 +63,19 @@ def test_the_demo_offers_the_page(ros_domain):
     assert b'<html' in page.lower()
     _, error = run.communicate(timeout=LIMIT)
     assert run.returncode == 0, error
+
+
+def test_robots_are_found_by_their_topics_and_descriptions(ros_domain, context):
+    """What runs, without a file: names from the topics, the model from robot_description."""
+    node = rclpy.create_node('cell', context=context)
+    latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+    description = node.create_publisher(String, '/cell/robot_description', latched)
+    description.publish(String(data='<robot name="r"/>'))
+    kept = [node.create_publisher(kind, f'/cell/{name}/{output}', 1)
+            for name in ('left', 'right') for output, kind in (('twist', TwistStamped),
+                                                               ('accel', AccelStamped))]
+    kept.append(node.create_publisher(TwistStamped, '/cell/cart/twist', 1))
+    names, texts = look_around('cell', {'/cell/robot_description'}, 20.0)
+    assert names == ['left', 'right'] and len(kept) == 5
+    assert texts == {'/cell/robot_description': '<robot name="r"/>'}
+    node.destroy_node()

@@ -159,6 +159,24 @@ def test_bodies_move_with_the_joints(server):
     np.testing.assert_allclose(turned._frame.position, [-1, 0, 0], atol=1e-12)
 
 
+@pytest.mark.parametrize('name', ['box.stl', 'package://some_arm/meshes/box.stl'])
+def test_meshes_are_found_beside_the_description(tmp_path, name):
+    """By relative names, and in a package that is not installed but copied."""
+    trimesh = pytest.importorskip('trimesh')
+    folder = tmp_path / 'some_arm'
+    for place in (folder / 'urdf', folder / 'meshes'):
+        place.mkdir(parents=True)
+        trimesh.creation.box().export(place / 'box.stl')
+    file = folder / 'urdf' / 'arm.urdf'
+    file.write_text(URDF.replace('<box size="0.4 0.1 0.1"/>', f'<mesh filename="{name}"/>'))
+    meshes, why = load_meshes(str(file), models.load(file))
+    assert meshes is not None, why
+    for copy in folder.rglob('box.stl'):
+        copy.unlink()
+    meshes, why = load_meshes(str(file), models.load(file))
+    assert meshes is None and 'box.stl' in why
+
+
 @pytest.mark.parametrize('description, why', [
     (robot_options.PUMA, 'the model has none'), ('nowhere.urdf', 'no such file'),
     ('<robot/>', 'Error|error|none'), ('<robot name="r"><link name="a"/></robot>', 'has none')])

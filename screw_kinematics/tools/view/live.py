@@ -4,7 +4,8 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
+from functools import partial
 from types import TracebackType
 from typing import Any
 
@@ -13,6 +14,7 @@ import numpy as np
 from .motion import ShownMotion, Snapshot
 from .panel import SPAN
 from ..listener import Listener, require_ros, stamp_of
+from ...recordings.recording import full_name
 from ...screws.body_state import BodyState
 from ...screws.se3 import Array
 
@@ -75,6 +77,49 @@ class LiveRobots:
         """Return the topics on which nothing has come yet, but for the diagnostics."""
         return [topic for topic, stream in self._listener.streams.items()
                 if not stream.count and topic != '/diagnostics']
+
+
+def look_around(namespace: str, topics: Collection[str], seconds: float = 3.0,
+                ) -> tuple[list[str], dict[str, str]]:
+    """
+    Return the robots whose twist and acceleration are published, and robot descriptions.
+
+    Parameters
+    ----------
+    namespace : str
+        Of the node.
+    topics : collection of str
+        Full names of the topics of descriptions.
+    seconds : float
+        How long to listen; less if all descriptions have come.
+
+    Returns
+    -------
+    names : list of str
+    descriptions : dict from topic to URDF text
+
+    """
+    require_ros()
+    from rclpy.qos import DurabilityPolicy, QoSProfile
+    from std_msgs.msg import String
+    found: dict[str, str] = {}
+
+    def take(topic: str, message: Any) -> None:
+        found[topic] = message.data
+
+    latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+    with Listener({}, 'screw_kinematics_view') as listener:
+        for topic in topics:
+            listener.node.create_subscription(String, topic, partial(take, topic), latched)
+        for _ in range(round(seconds / 0.1)):
+            listener.listen(0.1)
+            if topics and len(found) == len(topics):
+                break
+        names = {name for name, _ in listener.node.get_topic_names_and_types()}
+    start = full_name(namespace, 'x')[:-1]
+    return sorted(name.removeprefix(start).removesuffix('/twist') for name in names
+                  if name.startswith(start) and name.endswith('/twist')
+                  and name.removesuffix('twist') + 'accel' in names), found
 
 
 class _LiveRobot:

@@ -13,12 +13,13 @@ from __future__ import annotations
 import argparse
 from collections.abc import Callable, Sequence
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 import sys
 import time
 from typing import Any
 
-from .live import LiveRobots
+from .live import LiveRobots, look_around
 from .motion import ShownMotion
 from .page import open_server, Page, RATE
 from .recorded import recorded_motions
@@ -29,10 +30,12 @@ from ...node.stop_request import StopRequest
 from ...pipeline.parameter_file import read_robots, robot_settings
 from ...pipeline.robot_model import build_model
 from ...pipeline.settings import RobotSettings
+from ...recordings.recording import full_name
 
 EXAMPLES = """\
   view recording --robot panda.urdf --tip panda_hand_tcp
   view run.mcap --params-file kinematic_states.yaml --port 8090
+  view --live                                what is published, with the model on robot_description
   view --live --params-file kinematic_states.yaml
   view --demo                                the node watching a robot, beside the truth
   view recording --robot panda.urdf --output run.rrd      a file for Rerun, no page
@@ -49,8 +52,8 @@ def main(argv: Sequence[str] | None = None) -> int:
                                                              'the node that watches it')
     options.add_argument('--params-file', type=Path, metavar='FILE',
                          help='robots and settings, as the node has them')
-    options.add_argument('--name', default='robot', help='of the robot of --robot, which its '
-                                                         'topics begin with (default: robot)')
+    options.add_argument('--name', help='of the robot, which its topics begin with (default: '
+                                        'all that are published, with --live)')
     options.add_argument('--topic', default='joint_states', help='of its joint states')
     stage.add_options(options)
     options.set_defaults(robot=None, namespace=None)
@@ -111,13 +114,26 @@ def show_stage(arguments: argparse.Namespace, played: stage.Stage, stop: StopReq
 
 def _show_live(arguments: argparse.Namespace, settings: Sequence[RobotSettings],
                stop: StopRequest) -> None:
+    namespace = arguments.namespace or ''
+    topic_of = {robot.name: full_name(namespace, robot.description_topic)
+                for robot in settings if not robot.description}
+    names, texts = look_around(namespace, set(topic_of.values()))
+    if arguments.name is None and arguments.params_file is None:
+        if not names:
+            raise ToolError('no twist and accel of a robot is published; is the node running, '
+                            'and --namespace right?')
+        settings = [replace(settings[0], name=name) for name in names]
+        topic_of = {name: next(iter(topic_of.values())) for name in names if topic_of}
+    motions = []
     for robot in settings:
-        if not robot.description:
-            raise ParameterError(f'{robot.name}.description', '', 'a model, also with --live')
-    motions = [ShownMotion(robot.name, build_model(robot), description=robot.description)
-               for robot in settings]
+        topic = topic_of.get(robot.name)
+        if topic is not None and topic not in texts:
+            raise ToolError(f'no robot description on {topic}; name a model with --robot')
+        text = None if topic is None else texts[topic]
+        motions.append(ShownMotion(robot.name, build_model(robot, text),
+                                   description=robot.description if text is None else text))
     topics = [list(robot.joint_states_topic) for robot in settings]
-    with LiveRobots(motions, topics, arguments.namespace or '') as robots:
+    with LiveRobots(motions, topics, namespace) as robots:
         _wait(robots, motions, robots.listen, stop)
         _show(arguments, motions, True, stop, robots.listen)
 
@@ -158,7 +174,7 @@ def _settings(arguments: argparse.Namespace) -> list[RobotSettings]:
     given: dict[str, Any] = {
         'description': arguments.robot or '', 'base_frame': arguments.base or '',
         'tip_frame': arguments.tip or '', 'joint_states_topic': arguments.topic}
-    return [robot_settings(arguments.name, given)]
+    return [robot_settings(arguments.name or 'robot', given)]
 
 
 if __name__ == '__main__':

@@ -80,7 +80,7 @@ def load_meshes(description: str, robot: Manipulator) -> tuple[RobotMeshes | Non
         return None, 'the model has none'
     try:
         urdf = yourdfpy.URDF.load(
-            source, filename_handler=lambda name: _mesh_file(name, folder))
+            source, filename_handler=lambda fname: _mesh_file(fname, folder))
     except Exception as error:     # whatever readers of meshes raise
         return None, f'{type(error).__name__}: {error}'.splitlines()[0]
     if not urdf.scene.geometry:

@@ -166,8 +166,8 @@ class RobotScene:
         if node is None:
             node = self._nodes[name] = self._scene.add_arrows(
                 f'{self._root}/{name}', points, tuple(colour),
-                shaft_radius=width * self._size, head_radius=2.2 * width * self._size,
-                head_length=5 * width * self._size)
+                shaft_radius=0.8 * width * self._size, head_radius=1.8 * width * self._size,
+                head_length=4 * width * self._size)
         node.points = points
         # A shorter one would be all head.
         node.visible = visible and float(np.linalg.norm(vector)) > 0.01 * self._size
