@@ -38,6 +38,9 @@ FAR = 12
 REGULAR = 0.05
 """Deviation of stamps from their ticks, in periods, up to which they are right about a pause."""
 
+NOTHING = 2e-3
+"""Deviation of stamps from their ticks, in periods, up to which it does not matter."""
+
 HELD_MOST = 0.1
 """A reading that repeats for longer is of joints that stand, s."""
 
@@ -219,21 +222,23 @@ class DeviceClock:
         late = ticks.advance(d, stamp, told or not (before and self._lossy))
         if self.share < 1.0:
             self._ratio = unit / period                 # stamps alone need none
-        regular = ticks.deviation < REGULAR * period
+        # Regular stamps that are not proven to be of another clock are right about a pause.
+        regular = ticks.deviation < REGULAR * period and not (self.proven and self.share < 0.5)
+        paced = False
         if agree:
             onward = span if self.share == 1.0 else d * unit + self.share * step * self._ratio
-        elif regular and told and near < FAR:
-            # Either the stamps' clock was set, or the pace of the readings has changed.
-            onward = min(d * unit, span, key=lambda time: abs(time - x * unit))
         elif regular:
-            onward = span
+            paced = True
+            by_joints = told and (near < FAR or abs(x - d) < 0.35 and near > d + 1)
+            onward = span if not by_joints else min(
+                d * unit, span, key=lambda time: abs(time - x * unit))
         elif told:
             onward = d * unit + self.share * min(max(x - d, -0.2), 0.2) * unit
         else:
             onward = d * unit
         # Late again and again, or early: these are not the ticks. Who catches up is late, less.
         self._contrary = 0 if agree else self._contrary + (
-            regular and (step > 0.0 or late < 0.0))
+            paced and (step > 0.0 or late < 0.0))
         self._time += max(onward, 0.1 * unit)
         self._ahead = late * (1.0 - self.share * agree) * self._ratio
         if not same:
@@ -285,7 +290,7 @@ class DeviceClock:
         for number, stamp in zip(numbers, stamps):
             line.add(number - last, stamp)
         phase, period, deviation = line.fit(0.0)
-        self.ticks = TickCounter(phase, period, FIRST, max(deviation, 0.002 * period))
+        self.ticks = TickCounter(phase, period, FIRST, max(deviation, 1e-4 * period))
         for number, stamp in zip(numbers, stamps):
             self.ticks.line.add(number - last, stamp)
         self.unit = period * self._ratio
@@ -358,7 +363,7 @@ class DeviceClock:
         new = readings.regress(BLOCK, ticks.period)
         if not any(new):
             return None
-        if all(-inf < value < inf for value in new):
+        if ticks.deviation > NOTHING * ticks.period and all(-inf < value < inf for value in new):
             self._blocks += 1
             share = max(0.04, 1.0 / self._blocks)
             self._squares = [old + share * (value - old)
