@@ -251,14 +251,8 @@ class Manipulator(ABC):
             Wanted acceleration of the tip [rad/s^2, m/s^2] about ``pole`` in ``axes``.
         kind : {'classical', 'reduced'}
             ``[alpha; a]`` of the point at the pole, or ``(alpha ; a - w x v)``.
-        pole : 'tip', 'base' or array, shape (..., 3)
-            The point it refers to; an array is in base coordinates [m].
-        axes : {'base', 'tip'}
-            Whose axes the components are in.
-        secondary : array, shape (..., dof), optional
-            Joint accelerations wished for as far as the wanted motion allows.
-        solver : InverseSolver
-            As of :meth:`inverse_velocity`.
+        pole, axes, secondary, solver : as of :meth:`inverse_velocity`
+            The secondary motion is of joint accelerations.
 
         Returns
         -------
@@ -294,14 +288,8 @@ class Manipulator(ABC):
             Wanted jerk of the tip [rad/s^3, m/s^3] about ``pole`` in ``axes``.
         kind : {'classical', 'reduced'}
             ``[rho; j]`` of the point at the pole, or the reduced jerk.
-        pole : 'tip', 'base' or array, shape (..., 3)
-            The point it refers to; an array is in base coordinates [m].
-        axes : {'base', 'tip'}
-            Whose axes the components are in.
-        secondary : array, shape (..., dof), optional
-            Joint jerks wished for as far as the wanted motion allows.
-        solver : InverseSolver
-            As of :meth:`inverse_velocity`.
+        pole, axes, secondary, solver : as of :meth:`inverse_velocity`
+            The secondary motion is of joint jerks.
 
         Returns
         -------
@@ -332,14 +320,8 @@ class Manipulator(ABC):
             Wanted snap of the tip [rad/s^4, m/s^4] about ``pole`` in ``axes``.
         kind : {'classical', 'reduced'}
             ``[sigma; s]`` of the point at the pole, or the reduced snap.
-        pole : 'tip', 'base' or array, shape (..., 3)
-            The point it refers to; an array is in base coordinates [m].
-        axes : {'base', 'tip'}
-            Whose axes the components are in.
-        secondary : array, shape (..., dof), optional
-            Joint snaps wished for as far as the wanted motion allows.
-        solver : InverseSolver
-            As of :meth:`inverse_velocity`.
+        pole, axes, secondary, solver : as of :meth:`inverse_velocity`
+            The secondary motion is of joint snaps.
 
         Returns
         -------

@@ -12,8 +12,7 @@ One recursion carries everything: a field fixed in a body with the states X chan
     D_0 = Y,   D_k = sum_{j<k} C(k-1, j) [X_{j+1}, D_{k-1-j}]
 
 The body may be a link (chains), a moving base (:func:`compose`), a moving observer
-(:func:`relative`), or the body itself (:func:`body_derivatives`). It never casts, and holds
-to any order.
+(:func:`relative`), or the body itself (:func:`body_derivatives`). It holds to any order.
 
 References
 ----------
@@ -120,9 +119,7 @@ def chain_states(screws: Sequence[Array], derivatives: Sequence[Any]) -> list[Ar
 
     """
     bodies = link_states(screws, derivatives)
-    if not bodies:
-        return [np.zeros(np.shape(d)[:-1] + (6,)) for d in derivatives]
-    return bodies[-1]
+    return bodies[-1] if bodies else [np.zeros(np.shape(d)[:-1] + (6,)) for d in derivatives]
 
 
 def link_states(screws: Sequence[Array], derivatives: Sequence[Any]) -> list[list[Array]]:
