@@ -3,6 +3,7 @@
 """The view: what is drawn are the states, and the page works in a browser."""
 from contextlib import closing
 from io import BytesIO
+from itertools import islice
 import re
 import shutil
 import socket
@@ -17,6 +18,7 @@ from screw_kinematics import models
 from screw_kinematics.errors import MissingExtraError
 from screw_kinematics.screws import screw_of_twist
 from screw_kinematics.tools import robot_options
+from screw_kinematics.tools.stamping import stampings
 from screw_kinematics.tools.view import main as view
 from screw_kinematics.tools.view.motion import ShownMotion, Snapshot, tip_covariance
 
@@ -308,3 +310,19 @@ def test_the_page_in_a_browser(server, browser_page):
     image = pytest.importorskip('PIL.Image')
     colours = np.array(image.open(BytesIO(picture)).convert('RGB')).reshape(-1, 3)
     assert len(np.unique(colours // 16, axis=0)) > 20       # not an empty scene
+
+
+def test_what_is_found_of_the_stamps_is_told(tmp_path):
+    """Here those of messages that were stamped when they arrived."""
+    pytest.importorskip('rosbags')
+    from support import recordings
+    messages = []
+    for reading, stamp, sent in islice(stampings('arrival', 500.0), 2500):
+        q = np.round(MOTION.derivatives(reading, 0)[0] / 1e-5) * 1e-5
+        at = recordings.START + round(stamp * 1e9)
+        messages.append(('/joint_states', recordings.JOINT_STATE, at,
+                         recordings.joint_state(at, ROBOT.joint_names, q)))
+    bag = recordings.write_bag(tmp_path / 'run', messages)
+    settings = view.robot_settings('puma', {'description': robot_options.PUMA})
+    motion, = recorded_motions(str(bag), [settings], '')
+    assert any('stamp' in doubt or 'clock' in doubt for doubt in motion.doubts), motion.doubts

@@ -86,6 +86,7 @@ def _thinned(time: Array) -> Array:
 
 def _doubts(recording: Recording | JointTable, robot: RecordedRobot) -> Iterator[str]:
     yield from robot.model.warnings
+    yield from robot.findings
     yield from getattr(recording, 'damage', ())
     missing = robot.groups.missing()
     if missing:
