@@ -5,7 +5,7 @@ Twist, acceleration, jerk and jounce of manipulators by screw theory.
 
 The library needs NumPy only; nothing here imports ROS.
 """
-from importlib import import_module, metadata
+from importlib import import_module
 from pathlib import Path
 import re
 from typing import Any, TYPE_CHECKING
@@ -43,6 +43,7 @@ def __getattr__(name: str) -> Any:
         manifest = Path(__file__).resolve().parents[1] / 'package.xml'
         if manifest.is_file():      # a checkout, whatever may be installed beside
             return re.findall('<version>(.*)</version>', manifest.read_text('utf-8'))[0]
+        from importlib import metadata      # takes as long as all else here
         return metadata.version(__name__)
     raise AttributeError(f'module {__name__!r} has no attribute {name!r}')
 
