@@ -478,7 +478,8 @@ class Readings:
                 slow = i + 1
         return n - slow
 
-    def search(self, late: cython.double, period: cython.double) -> tuple[float, list[float], float, float, float] | None:
+    def search(self, late: cython.double, period: cython.double,
+               ) -> tuple[float, list[float], float, float, float] | None:
         """
         Try other countings of the readings; they have to be at least `FIRST`.
 
