@@ -29,6 +29,12 @@ _NOTED = 10     # kinds of foreign elements that are kept
 _KINEMATIC = ('parent', 'child', 'origin', 'axis', 'mimic', 'limit')
 _WITHOUT_KINEMATICS = frozenset(('material', 'transmission', 'gazebo', 'ros2_control', 'sensor',
                                  'mujoco'))
+_OF_JOINTS_WITHOUT_KINEMATICS = frozenset((
+    'dynamics', 'calibration', 'safety_controller', 'hardwareInterface', 'gazebo', 'sensor',
+    'dont_collapse', 'disable_fixed_joint_lumping', 'implicitSpringDamper', 'material'))
+# Geometry in other formats, which somebody may have meant to be read.
+_OTHER_GEOMETRY = frozenset(('axis2', 'pose', 'thread_pitch', 'screw_thread_pitch', 'frame',
+                             'transform', 'rotation', 'translation', 'quaternion'))
 # Of xacro before it had a prefix; in a joint each of them may stand for anything.
 _OLD_MACROS = frozenset(('include', 'insert_block', 'if', 'unless', 'macro', 'property', 'call'))
 _NO_TEXT = frozenset(('idna', 'punycode', 'unicode-escape', 'unicode_escape',
@@ -133,11 +139,10 @@ class _Reader:
         if self._depth == 3 and tag in _KINEMATIC:
             joint.parts.setdefault(tag, attributes)
             return
-        local = tag.rpartition(':')[2]
-        changes = self._is_macro(tag) or self._depth == 3 and (
-            local in _OLD_MACROS or local in _KINEMATIC[:-1])
-        if changes and joint.stranger is None:
-            joint.stranger = tag, self._line()
+        if self._is_macro(tag) or self._depth == 3 and _may_change_a_joint(tag):
+            joint.stranger = joint.stranger or (tag, self._line())
+        elif self._depth == 3 and tag not in _OF_JOINTS_WITHOUT_KINEMATICS:
+            self._note(tag)
 
     def _is_macro(self, tag: str) -> bool:
         return tag.partition(':')[0] in self._macros and ':' in tag
@@ -151,6 +156,11 @@ class _Reader:
         if len(foreign) < _NOTED:
             foreign[tag] = note
         return note
+
+
+def _may_change_a_joint(tag: str) -> bool:
+    local = tag.rpartition(':')[2]
+    return local in _OLD_MACROS or local in _OTHER_GEOMETRY or local in _KINEMATIC[:-1]
 
 
 def read_document(source: str, text: str | bytes) -> RobotDocument:

@@ -152,8 +152,8 @@ class _Joints:
         fields = Fields(self._source, f'joint {name!r}', element.attributes)
         if element.stranger is not None:
             tag, line = element.stranger
-            kind = 'macro' if 'xacro' in tag or ':' not in tag else 'unknown'
-            raise fields.error(f'line {line}: got the {kind} element {tag[:80]!r}; {_EXPANDED}')
+            raise fields.error(f'line {line}: got the element {tag[:80]!r}, which may change the '
+                               f'joint; {_EXPANDED}')
         for values in (element.attributes, *element.parts.values()):
             for key, value in values.items():
                 if '${' in value or '$(' in value:

@@ -117,6 +117,15 @@ def test_what_is_left_beside_sound_joints_is_a_warning_with_its_place(element, k
     assert warning.startswith(f'line 3: the {kind} element {element[1:].split()[0][:5]!r}'[:-1])
 
 
+@pytest.mark.parametrize('part, warnings', [
+    ('<dynamics damping="1"/><safety_controller k_velocity="1"/><hardwareInterface/>', 0),
+    ('<backlash value="0.1"/>', 1)])
+def test_unknown_parts_of_joints_are_a_warning(part, warnings):
+    chain = models.load_urdf(robot('a b', joint('j', 'a', 'b', parts=part)))
+    assert chain.dof == 1 and len(chain.warnings) == warnings
+    assert all("unknown element 'backlash'" in warning for warning in chain.warnings)
+
+
 def test_macros_in_links_are_no_matter():
     text = robot('a b', joint('j', 'a', 'b')).replace(
         '<link name="b"/>', '<link name="b"><xacro:insert_block name="inertia"/></link>')
@@ -129,7 +138,9 @@ def test_macros_in_links_are_no_matter():
     ('<xacro:insert_block name="origin"/><axis xyz="0 0 1"/>', "line 2: .*'xacro:insert_block'"),
     ('<insert_block name="origin"/><axis xyz="0 0 1"/>', "line 2: .*'insert_block'"),
     ('<origin xyz="0 0 1"><xacro:x/></origin>', "line 2: .*'xacro:x'"),
-    ('<drake:mimic joint="j"/>', "line 2: got the unknown element 'drake:mimic'"),
+    ('<drake:mimic joint="j"/>', "line 2: got the element 'drake:mimic', which may change"),
+    ('<pose>0 0 1 0 0 0</pose>', "line 2: got the element 'pose'"),
+    ('<drake:screw_thread_pitch value="1"/>', "line 2: .*'drake:screw_thread_pitch'"),
     ('<origin xyz="${l} 0 0"/>', r"xyz: got '\$\{l\} 0 0', which no macro"),
     ('<parent link="$(arg p)a"/><origin xyz="1 0 0" rpy="0 0 ${pi}"/>', 'rpy: got .*no macro')])
 def test_what_is_left_in_a_joint_of_the_chain_is_refused(parts, named):

@@ -21,7 +21,7 @@ from typing import Any
 
 from .live import LiveRobots, look_around
 from .motion import ShownMotion
-from .page import open_server, Page, RATE
+from .page import open_server, Page, RATE, require_viser
 from .recorded import recorded_motions
 from .. import console, robot_options, stage
 from ..processes import Children
@@ -84,6 +84,8 @@ def _view(arguments: argparse.Namespace) -> int:
             show_stage(arguments, stage.Stage(arguments), stop)
         return console.OK
     settings = _settings(arguments)
+    if arguments.output is None:
+        require_viser()
     if arguments.live:
         with StopRequest() as stop:
             _show_live(arguments, settings, stop)
@@ -101,6 +103,7 @@ def _view(arguments: argparse.Namespace) -> int:
 
 def show_stage(arguments: argparse.Namespace, played: stage.Stage, stop: StopRequest) -> None:
     """Show the demo's robot, the node's states beside the truth, until asked to stop."""
+    require_viser()
     motion = ShownMotion(played.name, played.robot, description=arguments.robot)
     with Children() as children:
         played.run(children)

@@ -30,13 +30,27 @@ def open_server(host: str, port: int) -> Any:
         viser is not installed.
 
     """
-    try:
-        import viser
-    except ImportError:
-        raise MissingExtraError('viser', 'view', 'showing robots in the browser') from None
+    require_viser()
+    import viser
     server = viser.ViserServer(host=host, port=port, verbose=False)
     server.scene.set_up_direction('+z')
     return server
+
+
+def require_viser() -> None:
+    """
+    Check that the page can be made.
+
+    Raises
+    ------
+    MissingExtraError
+        viser is not installed.
+
+    """
+    try:
+        import viser    # noqa: F401
+    except ImportError:
+        raise MissingExtraError('viser', 'view', 'showing robots in the browser') from None
 
 
 class Page:

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+import math
 from typing import Any
 
 import numpy as np
@@ -43,9 +44,10 @@ class Panel:
         self.robot = gui.add_dropdown('robot', [motion.name for motion in motions],
                                       visible=len(motions) > 1)
         self._about = gui.add_markdown('')
-        self._end = max(max(motion.end for motion in motions), 1e-3)
+        end = max(max(motion.end for motion in motions), 1e-2)
+        step = 10.0 ** math.ceil(math.log10(end / 2000))
         self.play = gui.add_button('pause', visible=not live)
-        self.time = gui.add_slider('time [s]', 0.0, self._end, self._end / 2000, 0.0,
+        self.time = gui.add_slider('time [s]', 0.0, math.ceil(end / step) * step, step, 0.0,
                                    visible=not live)
         self.speed = gui.add_dropdown('speed', SPEEDS, initial_value='1', visible=not live)
         self.playing = True
