@@ -103,7 +103,7 @@ class Joint:
             unit = unit / np.linalg.norm(unit)
             unit.setflags(write=False)
             object.__setattr__(self, 'axis', unit)
-        if isinstance(self.pitch, (int, float)):
+        if checked_array(f'joint {self.name!r}: pitch', self.pitch, ()).dtype != object:
             if not np.isfinite(self.pitch):
                 raise InvalidValueError(
                     f'joint {self.name!r}: pitch must be finite, got {self.pitch!r}; '
@@ -112,8 +112,8 @@ class Joint:
                 raise InvalidValueError(
                     f'joint {self.name!r}: pitch {self.pitch!r} needs the kind '
                     f"'helical', got {self.kind!r}")
-
-        if not self.velocity_limit > 0:
+        limit = checked_array(f'joint {self.name!r}: velocity_limit', self.velocity_limit, ())
+        if not limit > 0:
             raise InvalidValueError(
                 f'joint {self.name!r}: velocity_limit must be positive, '
                 f'got {self.velocity_limit!r}')

@@ -13,6 +13,7 @@ from .coupling import MimicCoupling
 from .joint import Joint
 from .manipulator import Manipulator
 from .posture import Posture
+from ..errors import InvalidValueError
 from ..programs.program import Program
 from ..screws.body_state import BodyState
 from ..screws.reference import check_axes, resolve_pole
@@ -58,6 +59,9 @@ class SerialChain(Manipulator):
                  base_frame: str = 'base', tip_frame: str = 'tool', name: str = '',
                  warnings: Iterable[str] = ()) -> None:
         self.joints = tuple(joints)
+        for joint in self.joints:
+            if not isinstance(joint, Joint):
+                raise InvalidValueError(f'a chain is made of Joint objects, got {joint!r}')
         self.base_frame = base_frame
         self.tip_frame = tip_frame
         self.name = name

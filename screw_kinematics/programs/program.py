@@ -16,6 +16,7 @@ from .python_text import python_source
 from .quantities import find_quantity
 from ..errors import InvalidValueError, ShapeError, UnknownNameError
 from ..screws.se3 import Array
+from ..screws.vectors import checked_array
 
 DERIVATIVES = ('q', 'qd', 'qdd', 'qddd', 'qdddd')
 
@@ -224,7 +225,12 @@ class Program:
         if len(motion) < len(needed):
             raise InvalidValueError(
                 f'{self!r} needs {", ".join(needed)}; got {len(motion)} of them')
-        parts = [np.ascontiguousarray(part, dtype=float) for part in motion[:len(needed)]]
+        parts = []
+        for name, part in zip(needed, motion):
+            array = checked_array(name, part, (...,))
+            if array.dtype == object:
+                raise InvalidValueError(f'{name} must be numbers, got {array.tolist()!r}')
+            parts.append(np.ascontiguousarray(array, dtype=float))
         expected = ((len(parts[0]),) if ndim == 2 and parts[0].ndim else ()) + (self.dof,)
         for name, part in zip(needed, parts):
             if part.ndim != ndim or part.shape != expected:

@@ -52,7 +52,7 @@ def line(point: Array, direction: Array) -> Array:
     Raises
     ------
     ShapeError, InvalidValueError
-        An argument has not three components of numbers or symbols.
+        An argument has not three components of numbers or symbols, or the direction is zero.
 
     References
     ----------
@@ -66,6 +66,7 @@ def line(point: Array, direction: Array) -> Array:
     """
     point = checked_array('point', point, (..., 3))
     direction = checked_array('direction', direction, (..., 3))
+    _check_direction('direction', direction)
     return np.concatenate(np.broadcast_arrays(direction, cross(point, direction)), axis=-1)
 
 
@@ -86,7 +87,7 @@ def line_through(p: Array, q: Array) -> Array:
     Raises
     ------
     ShapeError, InvalidValueError
-        An argument has not three components of numbers or symbols.
+        An argument has not three components of numbers or symbols, or the direction is zero.
 
     References
     ----------
@@ -99,6 +100,7 @@ def line_through(p: Array, q: Array) -> Array:
 
     """
     p, q = checked_array('p', p, (..., 3)), checked_array('q', q, (..., 3))
+    _check_direction('q - p', q - p)
     return np.concatenate(np.broadcast_arrays(q - p, cross(p, q)), axis=-1)
 
 
@@ -320,6 +322,12 @@ def mutual_position(x: Array, y: Array, tolerance: float = 1e-9) -> str:
     if np.sin(angle(x, y)) < _PARALLEL:
         return 'identical' if touching else 'parallel'
     return 'intersecting' if touching else 'skew'
+
+
+def _check_direction(name: str, direction: Array) -> None:
+    """Refuse a zero direction, which is that of no line; symbols are not known to be zero."""
+    if direction.dtype != object and not np.all(np.any(direction != 0, axis=-1)):
+        raise InvalidValueError(f'{name} must not be zero, got {direction.tolist()}')
 
 
 def _unit_line(x: Array) -> Array:

@@ -67,7 +67,7 @@ def checked_array(name: str, value: Any, shape: tuple[Any, ...]) -> Array:
             array = np.asarray(value)
         except ValueError:      # rows of different lengths
             raise InvalidValueError(f'{name}: must be an array, got {value!r}') from None
-    if array.dtype.kind not in 'biufcO':
+    if array.dtype.kind not in 'iufO':
         raise InvalidValueError(f'{name} must be numbers, got {array.tolist()!r}')
     anywhere = shape[:1] == (...,)
     wanted = shape[1:] if anywhere else shape

@@ -249,6 +249,11 @@ def exact_decimal(x: Any, tolerance: float = NEAR) -> Any:
     expression
         A rational number, or the expression without floats.
 
+    Raises
+    ------
+    InvalidValueError
+        This is neither a number nor an expression.
+
     Examples
     --------
     >>> exact_decimal(0.25), exact_decimal(0.2999999999959), exact_decimal(0.1234567891)
@@ -257,7 +262,10 @@ def exact_decimal(x: Any, tolerance: float = NEAR) -> Any:
     """
     if isinstance(x, sympy.Basic):
         return _without_floats(x, tolerance)
-    x = float(x)
+    try:
+        x = float(x)
+    except (TypeError, ValueError):
+        raise InvalidValueError(f'{x!r} is neither a number nor an expression') from None
     short = round(x, _MICROMETRE)
     return sympy.Rational(repr(
         short if abs(x - short) <= tolerance else round(x, _PICOMETRE)))
@@ -310,6 +318,8 @@ def _angle(x: Any) -> Any:
     """Return a float as a fraction of pi, if it is one."""
     if isinstance(x, sympy.Basic):
         return x
+    if not isinstance(x, (int, float)):
+        raise InvalidValueError(f'{x!r} is neither a number nor an expression')
     share = Fraction(x / math.pi).limit_denominator(180)
     if abs(float(share) * math.pi - x) <= _ROUNDING * max(1, abs(x)):
         return sympy.pi * sympy.Rational(share.numerator, share.denominator)

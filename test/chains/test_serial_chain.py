@@ -147,6 +147,14 @@ def test_wrong_arguments_are_refused():
     (lambda c, q: c.joint_efforts(q, np.zeros(5)), r'wrench: expected shape \(\.\.\., 6\)'),
     (lambda c, q: c.manipulability(q, length=0.0), 'length must be positive and finite'),
     (lambda c, q: c.screws(q, pole=[1, 2]), r'pole: expected shape \(\.\.\., 3\)'),
+    (lambda c, q: c.pose([True] * 3), 'q of .*must be numbers'),
+    (lambda c, q: c.pose([1j] * 3), 'q of .*must be numbers'),
+    (lambda c, q: c.compile()(q[0], q[0], ['a'] * 3), 'qdd must be numbers'),
+    (lambda c, q: SerialChain([1]), 'made of Joint objects, got 1'),
+    (lambda c, q: Joint('a', 'helical', (0, 0, 1), pitch='x'), "joint 'a': pitch must be numbers"),
+    (lambda c, q: Joint('a', 'revolute', (0, 0, 1), velocity_limit='x'),
+     "joint 'a': velocity_limit must be numbers"),
+    (lambda c, q: Joint('a', 'revolute', None), r"joint 'a': axis: expected shape \(3,\)"),
 ])
 def test_arguments_are_refused_by_name(call, message):
     with pytest.raises((ShapeError, InvalidValueError), match=message):

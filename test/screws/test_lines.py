@@ -73,6 +73,10 @@ def test_what_is_no_line_is_refused():
         lines.angle(x, np.array([0, 0, 0, 1, 0, 0]))
     with pytest.raises(InvalidValueError, match='must be perpendicular'):
         lines.distance(x, np.array([0, 0, 1, 0, 0, 1]))
+    with pytest.raises(InvalidValueError, match='direction must not be zero'):
+        lines.line(x[:3], np.zeros(3))
+    with pytest.raises(InvalidValueError, match='q - p must not be zero'):
+        lines.line_through(x[:3], x[:3])
     with pytest.raises(ShapeError, match=r'line: expected shape \(\.\.\., 6\), got \(5,\)'):
         lines.nearest_point(np.ones(5))
     with pytest.raises(ShapeError, match=r'line y: expected shape \(6,\)'):

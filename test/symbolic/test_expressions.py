@@ -214,6 +214,9 @@ def test_wrong_rows_are_refused():
         symbolic.dh_chain([DHJoint()], 'craig')
     with pytest.raises(InvalidValueError, match="joint q2: kind must be 'revolute' or"):
         symbolic.dh_chain([DHJoint(), DHJoint(kind='helical')])
+    for row in (DHJoint(a='x'), DHJoint(alpha='x')):
+        with pytest.raises(InvalidValueError, match="'x' is neither a number nor an expression"):
+            symbolic.dh_chain([row])
 
 
 @pytest.mark.parametrize('module', ['symbolic', 'symbolic.printing', 'symbolic.exact'])
