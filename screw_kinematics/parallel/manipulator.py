@@ -8,7 +8,7 @@ each other, how many freedoms there are, and whether the actuators hold the plat
 """
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -288,14 +288,13 @@ class ParallelManipulator(Manipulator):
 
         """
         motion = self._motion(q, derivatives)
-        samples = []
-        for sample in np.stack(motion, axis=-2).reshape(-1, len(motion), self.dof):
-            start = self.posture(sample[0], start)
-            samples.append((start.pose, platform_states(self._limbs, start, list(sample[1:]))[0]))
-        shape = motion[0].shape[:-1]
-        pose = np.array([pose for pose, _ in samples]).reshape(*shape, 4, 4)
-        states = [np.array([x[n] for _, x in samples]).reshape(*shape, 6)
-                  for n in range(len(derivatives))]
+        shape, order = motion[0].shape[:-1], len(derivatives)
+        postures = list(self._along(motion[0], start))
+        rates = np.stack(motion, axis=-2).reshape(-1, order + 1, self.dof)[:, 1:]
+        found = [platform_states(self._limbs, posture, list(given))[0]
+                 for posture, given in zip(postures, rates)]
+        pose = np.array([posture.pose for posture in postures]).reshape(*shape, 4, 4)
+        states = [np.array([x[n] for x in found]).reshape(*shape, 6) for n in range(order)]
         return BodyState(pose, tuple(states), pose[..., :3, 3],
                          base_frame=self.base_frame, tip_frame=self.tip_frame)
 
@@ -332,10 +331,7 @@ class ParallelManipulator(Manipulator):
         """
         check_axes(axes)
         (q,) = self._motion(q, ())
-        postures = []
-        for sample in q.reshape(-1, self.dof):
-            start = self.posture(sample, start)
-            postures.append(start)
+        postures = list(self._along(q, start))
         shape = q.shape[:-1]
         poses = np.array([posture.pose for posture in postures]).reshape(*shape, 4, 4)
         columns = np.array([posture.system.jacobian.T for posture in postures])
@@ -465,10 +461,7 @@ class ParallelManipulator(Manipulator):
 
         """
         (q,) = self._motion(q, ())
-        samples, start = [], self.home
-        for sample in q.reshape(-1, self.dof):
-            start = self.posture(sample, start)
-            samples.append(list(self.points(start).values()))
+        samples = [list(self.points(posture).values()) for posture in self._along(q, None)]
         return tuple(np.array(limb).reshape(q.shape[:-1] + limb[0].shape)
                      for limb in zip(*samples))
 
@@ -501,6 +494,12 @@ class ParallelManipulator(Manipulator):
 
     def _joint_vector(self, name: str, value: Any) -> Array:
         return finite_array(f'{name} of {self!r}', value, (self.dof,))
+
+    def _along(self, q: Array, start: ClosedPosture | None) -> Iterator[ClosedPosture]:
+        """Give the posture of each sample, found from the one before."""
+        for sample in q.reshape(-1, self.dof):
+            start = self.posture(sample, start)
+            yield start
 
     def _motion(self, q: Any, derivatives: tuple[Any, ...]) -> list[Array]:
         """Return positions and derivatives of the actuated joints, all of one shape."""
