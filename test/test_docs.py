@@ -114,6 +114,12 @@ def test_files_named_on_a_page_exist(page):
         assert (ROOT / file).exists() or (ROOT / 'screw_kinematics' / file).exists(), file
 
 
+def test_version_to_cite_is_that_of_the_package():
+    cited = re.search(r'^version: (.*)$', (ROOT / 'CITATION.cff').read_text(), re.MULTILINE)
+    package = re.search(r'<version>(.*)</version>', (ROOT / 'package.xml').read_text())
+    assert cited.group(1) == package.group(1)
+
+
 def test_reasons_are_all_on_the_page_of_diagnostics():
     from screw_kinematics.errors import Reason
     text = (ROOT / 'doc' / 'reference' / 'diagnostics.md').read_text(encoding='utf-8')
