@@ -178,37 +178,28 @@ def _run(code: cython.ulonglong[::1], size: cython.Py_ssize_t, v: cython.double[
                 at += 1
                 for k in range(width):
                     v[o + k] = v[c + k] - v[a + k] * v[b + k]
-        elif kind == _DIV:
-            while at < end:
-                w = code[at]
-                o, a = width * (w & 0xffff), width * (w >> 16 & 0xffff)
-                b, c = width * (w >> 32 & 0xffff), width * (w >> 48)
-                at += 1
-                for k in range(width):
-                    v[o + k] = _quotient(v[a + k], v[b + k])
-        elif kind == _SQRT:
-            while at < end:
-                w = code[at]
-                o, a = width * (w & 0xffff), width * (w >> 16 & 0xffff)
-                b, c = width * (w >> 32 & 0xffff), width * (w >> 48)
-                at += 1
-                for k in range(width):
-                    v[o + k] = _root(v[a + k])
         else:
             while at < end:
                 w = code[at]
                 o, a = width * (w & 0xffff), width * (w >> 16 & 0xffff)
-                b, c = width * (w >> 32 & 0xffff), width * (w >> 48)
+                b = width * (w >> 32 & 0xffff)
                 at += 1
-                far = 0.0
-                for k in range(width):
-                    far = far if fabs(v[a + k]) <= LARGEST_ANGLE else 1.0
-                    v[o + k], v[b + k] = turned(v[a + k])
-                if far > 0.0:
+                if kind == _DIV:
                     for k in range(width):
-                        # Each by itself: a sample does not depend on its neighbours.
-                        if not fabs(v[a + k]) <= LARGEST_ANGLE:
-                            v[o + k], v[b + k] = _far(v[a + k])
+                        v[o + k] = _quotient(v[a + k], v[b + k])
+                elif kind == _SQRT:
+                    for k in range(width):
+                        v[o + k] = _root(v[a + k])
+                else:
+                    far = 0.0
+                    for k in range(width):
+                        far = far if fabs(v[a + k]) <= LARGEST_ANGLE else 1.0
+                        v[o + k], v[b + k] = turned(v[a + k])
+                    if far > 0.0:
+                        for k in range(width):
+                            # Each by itself: a sample does not depend on its neighbours.
+                            if not fabs(v[a + k]) <= LARGEST_ANGLE:
+                                v[o + k], v[b + k] = _far(v[a + k])
 
 
 @cython.cfunc
