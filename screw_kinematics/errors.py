@@ -14,6 +14,10 @@ from collections.abc import Iterable
 from enum import Enum
 import sys
 
+__all__ = ['AssemblyModeError', 'ClosureError', 'InvalidValueError', 'MalformedMessageError',
+           'MissingExtraError', 'ModelError', 'ParameterError', 'Reason', 'ScrewKinematicsError',
+           'ShapeError', 'SingularityError', 'ToolError', 'UnknownNameError']
+
 
 class ScrewKinematicsError(Exception):
     """Base class of all errors of this package."""

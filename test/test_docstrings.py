@@ -4,10 +4,13 @@
 from enum import EnumMeta
 import importlib
 import inspect
+from pathlib import Path
+import re
 
 import pytest
 
 validate = pytest.importorskip('numpydoc.validate')
+ROOT = Path(__file__).parents[1]
 MODULES = [
     'errors', 'screws.axodes', 'screws.body_state', 'screws.cylindroid', 'screws.exponential',
     'screws.lines', 'screws.reference', 'screws.rigid', 'screws.rotations', 'screws.screw',
@@ -15,7 +18,8 @@ MODULES = [
     'chains.covariance', 'chains.dh', 'chains.inverse', 'chains.joint', 'chains.manipulator',
     'chains.posture', 'chains.serial_chain', 'parallel.closed_posture', 'parallel.manipulator',
     'parallel.program', 'parallel.screw_system', 'symbolic.exact', 'symbolic.expressions',
-    'symbolic.parallel', 'symbolic.printing', 'programs', 'models', 'motion']
+    'symbolic.parallel', 'symbolic.printing', 'programs', 'models', 'motion', 'screws', 'chains',
+    'chains.tip_motion', 'parallel', 'programs.latex_text', 'symbolic']
 # Style, which flake8 and pep257 settle; sections that are not always of use (See Also, Examples,
 # extended summary); and the order of sections.
 LEFT_OUT = {'ES01', 'EX01', 'GL01', 'GL02', 'GL03', 'GL07', 'PR08', 'PR09', 'RT02', 'RT04',
@@ -40,6 +44,17 @@ def public_names(module):
             if not member.startswith('_') and (inspect.isfunction(value) or isinstance(
                     value, (property, classmethod, staticmethod))):
                 yield f'{room.__name__}.{name}.{member}'
+
+
+def test_what_the_pages_document_is_said_to_be_public_and_is_checked():
+    pages = (ROOT / 'doc' / 'reference' / 'library').glob('*.md')
+    documented = {name for page in pages for name in re.findall(
+        r'automodule:: screw_kinematics\.(\S+)', page.read_text(encoding='utf-8'))}
+    assert documented and documented <= set(MODULES)
+    for module in documented - {'symbolic'}:
+        room = importlib.import_module(f'screw_kinematics.{module}')
+        missing = [name for name in room.__all__ if not hasattr(room, name)]
+        assert not missing, f'{module}: {missing}'
 
 
 @pytest.mark.parametrize('module', MODULES)
