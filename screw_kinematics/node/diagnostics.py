@@ -176,7 +176,7 @@ def _values(now: Time, robot: Robot, counts: _Counts, since: _Counts) -> dict[st
         'refused': account.refused.total()}
     values |= {f'refused {reason}': n for reason, n in account.refused.items()}
     values |= {f'used {reason}': n for reason, n in account.used_later.items()}
-    values['outputs listened to'] = ', '.join(robot.publishers.wanted)
+    values['outputs listened to'] = ', '.join(robot.publishers.wanted_names)
     if pipeline is None:
         return values
     values['model'] = repr(robot.model)

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from difflib import get_close_matches
 from typing import Any
 
@@ -13,7 +14,7 @@ from rclpy.parameter import Parameter
 
 from ..errors import ParameterError
 from ..pipeline.settings import (
-    NODE, NodeSettings, one_of, ROBOT, RobotSettings, Setting, whole_number)
+    NODE, NodeSettings, OF_TIP, one_of, ROBOT, RobotSettings, Setting, tip_frames, whole_number)
 
 QOS = 'qos_overrides.'
 
@@ -72,13 +73,23 @@ class NodeParameters:
             A value is not allowed, alone or with the others.
 
         """
-        return RobotSettings.read(robot, self._values(f'{robot}.', ROBOT, changes or {}))
+        changes = changes or {}
+        values = self._values(f'{robot}.', ROBOT, changes)
+        for tip in self._tips(robot):
+            own = self._values(f'{robot}.{tip}.', OF_TIP, changes)
+            values |= {f'{tip}.{name}': value for name, value in own.items()}
+        return RobotSettings.read(robot, values)
 
     def declare_robot(self, robot: str) -> None:
         """Declare the parameters of a robot, unless they are."""
         for setting in ROBOT:
             if f'{robot}.{setting.name}' not in self._declared:
                 self._declare(f'{robot}.', setting)
+        for tip in self._tips(robot):
+            for setting in OF_TIP:
+                if f'{robot}.{tip}.{setting.name}' not in self._declared:
+                    of_robot = self._node.get_parameter(f'{robot}.{setting.name}').value
+                    self._declare(f'{robot}.{tip}.', replace(setting, default=of_robot))
 
     def check_qos_overrides(self) -> None:
         """Raise ParameterError if a standard parameter of a topic has a wrong value."""
@@ -122,6 +133,13 @@ class NodeParameters:
                 hint = f'; did you mean {similar[0]!r}?' if similar else ''
                 sentences.append(f'parameter {name!r} does not exist{hint}')
         return sentences
+
+    def _tips(self, robot: str) -> tuple[str, ...]:
+        """Return the tips of a robot; none if the parameter is wrong, which is told elsewhere."""
+        try:
+            return tip_frames(self._node.get_parameter(f'{robot}.tips').value)
+        except ValueError:
+            return ()
 
     def _given(self) -> Mapping[str, Parameter]:
         """Return what was given by file or argument; rclpy ignores what is never declared."""

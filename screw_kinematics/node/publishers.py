@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from importlib import import_module
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 from rclpy.node import Node
 from rclpy.publisher import Publisher
@@ -12,9 +12,11 @@ from rclpy.qos import QoSProfile
 from rclpy.qos_overriding_options import QoSOverridingOptions
 
 from .markers import MarkerPublisher
-from ..pipeline.kinematics import Kinematics, State
-from ..pipeline.message_writers import message_writer, MessageWriter
+from ..pipeline.kinematics import State
+from ..pipeline.message_writers import JointColumns, message_writer, MessageWriter
 from ..pipeline.outputs import KINDS
+from ..pipeline.robot_model import tips_of
+from ..pipeline.robot_program import Needs, RobotProgram
 from ..pipeline.settings import RobotSettings
 
 
@@ -54,6 +56,13 @@ class BytesPublisher:
         self._handle.publish_raw(self._writer.encode(state))
 
 
+class Topic(NamedTuple):
+    """An output of one tip of the robot, by the tip's number."""
+
+    tip: int
+    output: str
+
+
 class Publishers:
     """
     The topics of one robot.
@@ -65,81 +74,99 @@ class Publishers:
 
     Attributes
     ----------
-    wanted : tuple of str
-        The outputs that somebody listened to when last asked.
+    wanted : tuple of Topic
+        Those that somebody listened to when last asked.
 
     """
 
     def __init__(self, node: Node) -> None:
         self._node = node
-        self._publishers: dict[str, Publisher] = {}
-        self._active: dict[str, OutputPublisher] = {}
-        self.wanted: tuple[str, ...] = ()
+        self._publishers: dict[Topic, Publisher] = {}
+        self._active: dict[Topic, OutputPublisher] = {}
+        self._names: dict[Topic, str] = {}
+        self._tips = 1
+        self.wanted: tuple[Topic, ...] = ()
 
     def advertise(self, settings: RobotSettings) -> None:
         """Have a topic for each output of these settings, and no others."""
-        for output in self._publishers.keys() - set(settings.outputs):
-            self._active.pop(output, None)
-            self._node.destroy_publisher(self._publishers.pop(output))
-        for output in settings.outputs:
-            if output not in self._publishers:
-                self._publishers[output] = self._node.create_publisher(
-                    message_type(KINDS[output].type_name), f'{settings.name}/{output}',
-                    QoSProfile(depth=10),
+        self._tips = len(settings.parts)
+        wanted = {Topic(k, output): f'{part.topic}/{output}'
+                  for k, part in enumerate(settings.parts) for output in part.outputs}
+        self._names = {topic: name.removeprefix(f'{settings.topic}/')
+                       for topic, name in wanted.items()}
+        for topic in self._publishers.keys() - wanted.keys():
+            self._active.pop(topic, None)
+            self._node.destroy_publisher(self._publishers.pop(topic))
+        for topic, name in wanted.items():
+            if topic not in self._publishers:
+                self._publishers[topic] = self._node.create_publisher(
+                    message_type(KINDS[topic.output].type_name), name, QoSProfile(depth=10),
                     qos_overriding_options=QoSOverridingOptions.with_default_policies())
-        self.wanted = tuple(name for name in self.wanted if name in self._publishers)
+        self.wanted = tuple(topic for topic in self.wanted if topic in self._publishers)
 
     def update_demand(self) -> bool:
         """See who listens; return whether that changed."""
-        wanted = tuple(
-            name for name in KINDS
-            if name in self._publishers and self._publishers[name].get_subscription_count() > 0)
+        order = list(KINDS)
+        wanted = tuple(sorted(
+            (topic for topic, publisher in self._publishers.items()
+             if publisher.get_subscription_count() > 0),
+            key=lambda topic: (topic.tip, order.index(topic.output))))
         changed = wanted != self.wanted
         self.wanted = wanted
         return changed
 
     @property
-    def needs(self) -> tuple[str, ...]:
-        """Return the outputs of a program that serves what is wanted; none if nothing is."""
-        needs = tuple(dict.fromkeys(need for name in self.wanted for need in KINDS[name].needs))
-        # Outputs that are of the joints alone go with the smallest program.
-        return needs or (('pose',) if self.wanted else ())
+    def wanted_names(self) -> list[str]:
+        """Names of the topics that somebody listens to, without the robot's."""
+        return [self._names[topic] for topic in self.wanted]
+
+    @property
+    def needs(self) -> Needs:
+        """Return for each tip the outputs of a program that serves what is wanted."""
+        needs: list[dict[str, None]] = [{} for _ in range(self._tips)]
+        for topic in self.wanted:
+            # Outputs that are of the joints alone go with the smallest program.
+            needs[topic.tip] |= dict.fromkeys(KINDS[topic.output].needs or ('pose',))
+        return tuple(map(tuple, needs))
 
     @property
     def order(self) -> int:
         """Return the highest derivative of the joint positions that is wanted."""
-        return max((KINDS[name].order for name in self.wanted), default=0)
+        return max((KINDS[topic.output].order for topic in self.wanted), default=0)
 
     @property
     def covariance(self) -> bool:
         """Whether something wanted needs the variances of the joints."""
-        return any(KINDS[name].covariance for name in self.wanted)
+        return any(KINDS[topic.output].covariance for topic in self.wanted)
 
-    def activate(self, kinematics: Kinematics, model: Any, settings: RobotSettings) -> None:
+    def activate(self, program: RobotProgram, model: Any, settings: RobotSettings) -> None:
         """
         Publish all that is wanted from now on.
 
         Parameters
         ----------
-        kinematics : Kinematics
+        program : RobotProgram
             What is computed.
-        model : SerialChain or ParallelManipulator
+        model : SerialChain, ParallelManipulator or TipsModel
             Names the frames.
         settings : RobotSettings
             Axes and reference point of the program, and prefix of frame names.
 
         """
-        slices = kinematics.program.slices
         self._active = {}
-        for name in self.wanted:
-            publisher = self._publishers[name]
-            if name == 'markers':
-                self._active[name] = MarkerPublisher(
-                    publisher.publish, slices, settings,
-                    settings.frame_prefix + model.base_frame)
+        chains, columns = tips_of(model)
+        for topic in self.wanted:
+            publisher = self._publishers[topic]
+            slices, chain = program.tips[topic.tip], chains[topic.tip]
+            own = settings.parts[topic.tip]
+            if topic.output == 'markers':
+                self._active[topic] = MarkerPublisher(
+                    publisher.publish, slices, own, own.frame_prefix + chain.base_frame)
             else:
-                self._active[name] = BytesPublisher(
-                    publisher, message_writer(name, slices, model, settings), KINDS[name].order)
+                joints = JointColumns(columns[topic.tip], len(model.joint_names))
+                self._active[topic] = BytesPublisher(
+                    publisher, message_writer(topic.output, slices, chain, own, joints),
+                    KINDS[topic.output].order)
 
     def deactivate(self) -> None:
         """Publish nothing."""
@@ -153,9 +180,9 @@ class Publishers:
 
     def clear_markers(self) -> None:
         """Delete the markers that viewers show of this robot."""
-        markers = self._active.get('markers')
-        if isinstance(markers, MarkerPublisher):
-            markers.clear()
+        for publisher in self._active.values():
+            if isinstance(publisher, MarkerPublisher):
+                publisher.clear()
 
     def close(self) -> None:
         """Remove the topics."""

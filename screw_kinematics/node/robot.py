@@ -17,6 +17,7 @@ from ..pipeline.kinematics import Kinematics
 from ..pipeline.robot_model import (
     build_model, check_outputs, continuous_joints, plausible_velocities)
 from ..pipeline.robot_pipeline import RobotPipeline
+from ..pipeline.robot_program import compile_robot, Needs, RobotProgram
 from ..pipeline.settings import RobotSettings
 
 
@@ -53,8 +54,8 @@ class Robot:
         self.publishers.advertise(settings)
         self.stamp_ns = 0
         self._description: str | None = None
-        self._programs: dict[tuple[str, ...], Any] = {}
-        self._program: Any = None
+        self._programs: dict[Needs, RobotProgram] = {}
+        self._program: RobotProgram | None = None
 
     @property
     def name(self) -> str:
@@ -109,8 +110,8 @@ class Robot:
     def plan(self, settings: RobotSettings) -> Any:
         """Return the model that these settings ask for; raise ScrewKinematicsError."""
         old = self.settings
-        same = (old.base_frame, old.tip_frame, old.tool_offset) == (
-            settings.base_frame, settings.tip_frame, settings.tool_offset)
+        same = [(s.base_frame, s.tip_frame, s.tool_offset) for s in old.parts] == [
+            (s.base_frame, s.tip_frame, s.tool_offset) for s in settings.parts]
         if self.model is None:
             return None
         if same:
@@ -148,7 +149,7 @@ class Robot:
 
     def posture_report(self) -> dict[str, Any]:
         """Return what the program in use says about the robot's last posture, if anything."""
-        return dict(getattr(self._program, 'report', dict)())
+        return {} if self._program is None else self._program.report()
 
     def reset(self) -> None:
         """Forget the samples so far, as after a jump of the clock."""
@@ -190,7 +191,7 @@ class Robot:
             return
         self._worker.cancel((self, 'program'))
         needs = self.publishers.needs
-        if not needs:
+        if not any(needs):
             self.publishers.deactivate()
             self._renew_pipeline().activate(None)
         elif needs in self._programs:
@@ -198,20 +199,19 @@ class Robot:
         else:
             self._worker.submit(
                 (self, 'program'),
-                partial(self.model.compile, needs, axes=self.settings.expressed_in,
-                        pole=self.settings.reference_point),
+                partial(compile_robot, self.model, needs, self.settings),
                 partial(self._compiled, needs),
                 lambda error: self._log.error(f'{self.name}: {error}'))
 
-    def _compiled(self, needs: tuple[str, ...], program: Any) -> None:
+    def _compiled(self, needs: Needs, program: RobotProgram) -> None:
         self._programs[needs] = program
         self._activate(program)
 
-    def _activate(self, program: Any) -> None:
+    def _activate(self, program: RobotProgram) -> None:
         """Publish what this program computes from the next sample on."""
         if self._program is not None:       # postures of parallel robots go on
             program.continue_from(self._program)
         self._program = program
         kinematics = Kinematics(program, self.publishers.covariance, self.publishers.order)
         self._renew_pipeline().activate(kinematics)
-        self.publishers.activate(kinematics, self.model, self.settings)
+        self.publishers.activate(program, self.model, self.settings)

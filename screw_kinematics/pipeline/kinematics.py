@@ -3,38 +3,12 @@
 """From the motion of all joints to the state of the end effector."""
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
 from .group_motion import Motion
+from .robot_program import RobotProgram
 from ..errors import Reason
-
-
-class RobotProgram(Protocol):
-    """
-    What a compiled robot offers.
-
-    Attributes
-    ----------
-    order : int
-        Highest derivative of the joint positions that it takes.
-    inputs : int
-        How many numbers that makes.
-    slices : mapping from str to slice
-        Where each of its outputs is among the values.
-
-    """
-
-    order: int
-    inputs: int
-    slices: Mapping[str, slice]
-
-    def evaluate(self, values: Sequence[float], /) -> Sequence[float]:
-        """Return the outputs from positions, velocities, ... of the joints."""
-
-    def continue_from(self, before: RobotProgram) -> None:
-        """Go on where the program before was, if samples depend on each other."""
 
 
 @dataclass(slots=True)
@@ -47,7 +21,7 @@ class State:
     stamp_ns : int
         The instant [ns].
     values : sequence of float
-        Of the program's outputs; see its ``slices``.
+        Of the program's outputs; see its ``tips``.
     motion : Motion
         Of the joints.
     order : int
@@ -80,8 +54,8 @@ class Kinematics:
         self.program = program
         self.covariance = covariance
         self.order = max(program.order, order)
-        self._inputs = program.inputs
-        self._dof = program.inputs // (program.order + 1)
+        self._dof = program.dof
+        self._inputs = program.dof * (program.order + 1)
 
     def evaluate(self, motion: Motion) -> State | Reason:
         """

@@ -42,6 +42,37 @@ class Frames:
         return cls(base, tip, tip if expressed_in == 'tip' else base)
 
 
+class JointColumns:
+    """
+    Where the joints of one tip are in a row of all measured joints' positions, velocities, ...
+
+    Parameters
+    ----------
+    columns : sequence of int
+        Which of the measured joints they are.
+    count : int
+        How many measured joints there are.
+
+    Examples
+    --------
+    >>> JointColumns([2, 0], 3).select([0.1, 0.2, 0.3, 1.1, 1.2, 1.3], 1)
+    [1.3, 1.1]
+
+    """
+
+    def __init__(self, columns: Sequence[int], count: int) -> None:
+        self.all = list(columns) == list(range(count))
+        self._columns = columns
+        self._count = count
+
+    def select(self, row: Sequence[float], derivative: int) -> Sequence[float]:
+        """Return the tip's joints' positions (0), velocities (1), ..."""
+        start = derivative * self._count
+        if self.all:
+            return row[start:start + self._count]
+        return [row[start + column] for column in self._columns]
+
+
 class MessageWriter(Protocol):
     """Writes states as messages of one output."""
 
@@ -49,8 +80,8 @@ class MessageWriter(Protocol):
         """Return the serialized message."""
 
 
-def message_writer(output: str, slices: Slices, model: Any,
-                   settings: RobotSettings) -> MessageWriter:
+def message_writer(output: str, slices: Slices, model: Any, settings: RobotSettings,
+                   joints: JointColumns | None = None) -> MessageWriter:
     """
     Return what writes the messages of an output.
 
@@ -64,22 +95,27 @@ def message_writer(output: str, slices: Slices, model: Any,
         Names frames and joints.
     settings : RobotSettings
         Axes and reference point of the program, prefix of frame names, gravity.
+    joints : JointColumns, optional
+        Where the model's joints are among the measured ones, if there are others.
 
     """
+    if joints is None:
+        joints = JointColumns(range(len(model.joint_names)), len(model.joint_names))
     kind = KINDS[output]
     frames = Frames.of(model, settings.frame_prefix, settings.expressed_in)
     if output == 'pose':
         return PoseWriter(slices['pose'], frames)
     if output == 'imu':
-        return ImuWriter(slices, frames, settings)
+        return ImuWriter(slices, frames, settings, joints)
     if output in ('joint_motion', 'joint_states'):
-        names, joints = moving_joints(model)
+        names, moving = moving_joints(model)
         encoder = JointTrajectoryEncoder if output == 'joint_motion' else JointStateEncoder
-        return JointWriter(encoder(names), joints, kind.order + 1)
+        return JointWriter(encoder(names), moving, joints, kind.order + 1)
     if output == 'passive_joint_states':
         return PassiveJointWriter(slices, JointStateEncoder(model.passive_joint_names))
     if kind.covariance:
-        return CovarianceWriter(slices[kind.needs[0]], slices['jacobian'], kind.order, frames)
+        return CovarianceWriter(slices[kind.needs[0]], slices['jacobian'], kind.order, frames,
+                                joints)
     if output == 'velocity':
         return SixVectorWriter(slices[kind.needs[0]],
                                VelocityEncoder(frames.axes, frames.tip, frames.base))
@@ -115,17 +151,17 @@ class PoseWriter:
 class CovarianceWriter:
     """A six-vector and its covariance, from the joints' variances through the Jacobian."""
 
-    def __init__(self, at: slice, jacobian: slice, order: int, frames: Frames) -> None:
+    def __init__(self, at: slice, jacobian: slice, order: int, frames: Frames,
+                 joints: JointColumns) -> None:
         self._at = at
         self._jacobian = jacobian
-        n = (jacobian.stop - jacobian.start) // 6
-        self._variances = slice(order * n, (order + 1) * n)
+        self._order, self._joints = order, joints
         self._encoder = TwistWithCovarianceEncoder(frames.axes)
 
     def encode(self, state: State) -> bytes:
         """Return the serialized message."""
         covariance = through_jacobian(state.values[self._jacobian],
-                                      state.motion.variances[self._variances])
+                                      self._joints.select(state.motion.variances, self._order))
         return self._encoder.encode(state.stamp_ns, (*state.values[self._at], *covariance))
 
 
@@ -133,19 +169,21 @@ class JointWriter:
     """The joints' motion; those that mimic others follow them."""
 
     def __init__(self, encoder: JointStateEncoder | JointTrajectoryEncoder,
-                 joints: Sequence[MovingJoint], arrays: int) -> None:
+                 moving: Sequence[MovingJoint], joints: JointColumns, arrays: int) -> None:
         self._encoder = encoder
+        self._moving = moving
         self._joints = joints
         self._arrays = arrays
-        self._plain = all(joint == MovingJoint(k, 1.0, 0.0) for k, joint in enumerate(joints))
+        self._plain = joints.all and all(
+            joint == MovingJoint(k, 1.0, 0.0) for k, joint in enumerate(moving))
 
     def encode(self, state: State) -> bytes:
         """Return the serialized message."""
         values = state.motion.values
         if not self._plain:
-            n = len(values) // (state.order + 1)
-            values = [joint.of(values[k * n + joint.column], k)
-                      for k in range(self._arrays) for joint in self._joints]
+            own = [self._joints.select(values, k) for k in range(self._arrays)]
+            values = [joint.of(own[k][joint.column], k)
+                      for k in range(self._arrays) for joint in self._moving]
         return self._encoder.encode(state.stamp_ns, values)
 
 
@@ -166,7 +204,9 @@ class PassiveJointWriter:
 class ImuWriter:
     """What an inertial measurement unit at the tip would say, in the tip's axes."""
 
-    def __init__(self, slices: Slices, frames: Frames, settings: RobotSettings) -> None:
+    def __init__(self, slices: Slices, frames: Frames, settings: RobotSettings,
+                 joints: JointColumns) -> None:
+        self._joints = joints
         self._pose, self._twist, self._accel, self._jacobian = (
             slices[need] for need in KINDS['imu'].needs)
         self._in_base = settings.expressed_in == 'base'
@@ -187,7 +227,8 @@ class ImuWriter:
             r = to_base.T @ row[:3]
             a = a + np.cross(alpha, r) + np.cross(w, np.cross(w, r))
             moving = moving + np.cross(turning, r, axisa=0, axisc=0)
-        of_position, of_velocity, of_acceleration, _ = np.reshape(state.motion.variances, (4, -1))
+        of_position, of_velocity, of_acceleration = (
+            np.array(self._joints.select(state.motion.variances, k)) for k in range(3))
         return self._encoder.encode(state.stamp_ns, [
             *quaternion_from_row(row[3:]), *_covariance(turning, of_position),
             *w.tolist(), *_covariance(turning, of_velocity),

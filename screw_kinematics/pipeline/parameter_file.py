@@ -11,7 +11,7 @@ from typing import Any
 
 import yaml
 
-from .settings import NODE, NodeSettings, ROBOT, RobotSettings
+from .settings import NODE, NodeSettings, OF_TIP, ROBOT, RobotSettings
 from ..errors import ParameterError, ToolError
 
 NODE_NAME = 'kinematic_state_publisher'
@@ -21,7 +21,7 @@ PARAMETERS = 'ros__parameters'
 def read_robots(path: Path, instead: Mapping[str, Any] | None = None, namespace: str = '',
                 ) -> list[RobotSettings]:
     """
-    Return the settings of all robots in a parameter file.
+    Return the settings of all robots in a parameter file; each of several tips is one.
 
     Parameters
     ----------
@@ -47,14 +47,16 @@ def read_robots(path: Path, instead: Mapping[str, Any] | None = None, namespace:
     if not node.robots:
         raise ToolError(f"{path}: parameter 'robots' names no robot")
     known = set(values) | {f'{robot}.{s.name}' for robot in node.robots for s in ROBOT}
+    known |= {f'{robot}.{tip}.{s.name}' for robot in node.robots
+              for tip in given.get(f'{robot}.tips', ()) for s in OF_TIP}
     for name, value in given.items():
         if name not in known and not name.startswith('qos_overrides.'):
             similar = get_close_matches(name, known, 1, 0.5)
             raise ParameterError(name, value, f'{similar[0]!r}' if similar else
                                  'parameters of the node and of its robots')
-    return [robot_settings(robot, {**{
+    return [part for robot in node.robots for part in robot_settings(robot, {**{
         key.removeprefix(f'{robot}.'): value for key, value in given.items()
-        if key.startswith(f'{robot}.')}, **(instead or {})}) for robot in node.robots]
+        if key.startswith(f'{robot}.')}, **(instead or {})}).parts]
 
 
 def robot_settings(name: str, values: Mapping[str, Any]) -> RobotSettings:

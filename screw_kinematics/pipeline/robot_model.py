@@ -6,6 +6,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from .settings import MotionSettings, RobotSettings
 from .. import models
 from ..errors import ModelError, ParameterError
@@ -15,9 +17,54 @@ MARGIN = 1.5
 """Joints that seem to move faster than so many times their limit are refused as implausible."""
 
 
+class TipsModel:
+    """
+    Several ends of one robot.
+
+    Parameters
+    ----------
+    tips : sequence of SerialChain
+        From one base frame; joints that they share have the same names.
+
+    Attributes
+    ----------
+    joint_names, joint_kinds, velocity_limits
+        Of the measured joints of all, each once.
+    columns : list of tuple of int
+        For each tip which of these joints are its own, in its order.
+
+    """
+
+    def __init__(self, tips: Sequence[Any]) -> None:
+        self.tips = tuple(tips)
+        self.joint_names = tuple(dict.fromkeys(name for tip in tips for name in tip.joint_names))
+        place = {name: k for k, name in enumerate(self.joint_names)}
+        self.columns = [tuple(place[name] for name in tip.joint_names) for tip in tips]
+        kinds = {name: kind for tip in tips
+                 for name, kind in zip(tip.joint_names, tip.joint_kinds)}
+        self.joint_kinds = tuple(kinds[name] for name in self.joint_names)
+        limits = np.full(len(self.joint_names), np.inf)
+        for tip, columns in zip(tips, self.columns):
+            limits[list(columns)] = np.minimum(limits[list(columns)], tip.velocity_limits)
+        self.velocity_limits = limits
+        self.warnings = tuple(dict.fromkeys(text for tip in tips for text in tip.warnings))
+
+    def __repr__(self) -> str:
+        ends = ', '.join(tip.tip_frame for tip in self.tips)
+        return (f'{self.tips[0].name}: {len(self.joint_names)} joints, '
+                f'{self.tips[0].base_frame} -> {ends}')
+
+
+def tips_of(model: Any) -> tuple[Sequence[Any], Sequence[Sequence[int]]]:
+    """Return the chains of a model, and for each which of the measured joints are its own."""
+    if isinstance(model, TipsModel):
+        return model.tips, model.columns
+    return (model,), (range(len(model.joint_names)),)
+
+
 def build_model(settings: RobotSettings, text: str | None = None) -> Any:
     """
-    Return the model of a robot, with its tool.
+    Return the model of a robot, with its tool; or with all its tips and their tools.
 
     Parameters
     ----------
@@ -28,7 +75,7 @@ def build_model(settings: RobotSettings, text: str | None = None) -> Any:
 
     Returns
     -------
-    SerialChain or another model with ``joint_names`` and ``compile``
+    SerialChain, ParallelManipulator or TipsModel
 
     Raises
     ------
@@ -36,6 +83,8 @@ def build_model(settings: RobotSettings, text: str | None = None) -> Any:
         The description is not usable; the message names where it comes from.
 
     """
+    if settings.tips:
+        return TipsModel([build_model(tip, text) for tip in settings.parts])
     frames = settings.base_frame or None, settings.tip_frame or None
     given = settings.description
     model: Any
@@ -60,6 +109,10 @@ def build_model(settings: RobotSettings, text: str | None = None) -> Any:
 
 def check_outputs(settings: RobotSettings, model: Any) -> None:
     """Raise ParameterError if the model cannot give the outputs asked for."""
+    if isinstance(model, TipsModel):
+        for part, tip in zip(settings.parts, model.tips):
+            check_outputs(part, tip)
+        return
     if 'passive_joint_states' in settings.outputs and not hasattr(model, 'passive_joint_names'):
         raise ParameterError(
             f'{settings.name}.outputs', list(settings.outputs),

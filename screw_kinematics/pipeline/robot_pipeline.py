@@ -47,9 +47,10 @@ class RobotPipeline:
     Examples
     --------
     >>> from screw_kinematics import Joint, SerialChain
+    >>> from screw_kinematics.pipeline.robot_program import OneTip
     >>> arm = SerialChain([Joint('q1', 'revolute', axis=(0, 0, 1), point=(-2, 0, 0))])
     >>> pipeline = RobotPipeline(arm.joint_names, MotionSettings(velocity_source='measured'))
-    >>> pipeline.activate(Kinematics(arm.compile(outputs=('twist',))))
+    >>> pipeline.activate(Kinematics(OneTip(arm.compile(outputs=('twist',)))))
     >>> pipeline.take(JointSample(5, ('lamp', 'q1'), (7.0, 0.0), (0.0, 1.0))).values
     (0.0, 0.0, 1.0, -0.0, 2.0, 0.0)
     >>> pipeline.take(JointSample(6, ('q1',), (), ()))

@@ -8,7 +8,7 @@ What can be set: each parameter's default, meaning, and allowed values.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 import re
 from typing import Any
 
@@ -142,6 +142,28 @@ def robot_names(value: Any) -> tuple[str, ...]:
     return names
 
 
+def tip_frames(value: Any) -> tuple[str, ...]:
+    """Return different frames whose names can be in the names of parameters and topics."""
+    names = tuple(name for name in strings(value) if name)
+    if any('.' in name for name in names) or len(set(map(topic_name, names))) < len(names):
+        raise ValueError
+    return names
+
+
+def topic_name(frame: str) -> str:
+    """
+    Return the name of a frame as part of a topic.
+
+    Examples
+    --------
+    >>> topic_name('left/tool-0')
+    'left_tool_0'
+
+    """
+    name = re.sub('[^A-Za-z0-9_]', '_', frame)
+    return f'_{name}' if name[0].isdigit() else name
+
+
 def topics(value: Any) -> tuple[str, ...]:
     """Return one or several topics, given as a string or a list."""
     names = (value,) if isinstance(value, str) else strings(value)
@@ -215,6 +237,12 @@ ROBOT = (
     Setting('tip_frame', '',
             'Frame whose motion is published; empty: the only end of the model.',
             'a frame of the model', text),
+    Setting('tips', [''],
+            'Frames whose motion is published, each on <robot>/<tip>/<output>, from one '
+            'estimator; empty: tip_frame, on <robot>/<output>. <robot>.<tip>.outputs, '
+            '.tool_offset, .expressed_in and .reference_point are those of one tip.',
+            'a list of different frames of the model, without a point in their names',
+            tip_frames, 'configured'),
     Setting('tool_offset', [0.0] * 6,
             'Pose of the tool in the tip frame: x y z [m], roll pitch yaw [rad].',
             f'six finite numbers of at most {LARGEST_OFFSET:g}, all written with a point (0.0): '
@@ -253,6 +281,11 @@ ROBOT = (
               'A joint that seems to move faster, or 1.5 times as fast as its description allows, '
               'is refused as implausible [rad/s or m/s].', 1e-3, 1e6),
 )
+
+
+OF_TIP = tuple(setting for setting in ROBOT if setting.name in (
+    'outputs', 'tool_offset', 'expressed_in', 'reference_point'))
+"""What each of several tips may have of its own."""
 
 
 @dataclass(frozen=True)
@@ -311,6 +344,7 @@ class RobotSettings:
     description_topic: str
     base_frame: str
     tip_frame: str
+    tips: tuple[str, ...]
     tool_offset: tuple[float, ...]
     frame_prefix: str
     joint_states_topic: tuple[str, ...]
@@ -321,11 +355,14 @@ class RobotSettings:
     stale_timeout: float
     markers_rate: float
     motion: MotionSettings
+    of_tips: tuple[RobotSettings, ...] = ()
 
     @classmethod
     def read(cls, name: str, values: Mapping[str, Any]) -> RobotSettings:
         """
         Return the settings from parameter values by name, without the robot's name.
+
+        Those of a tip, such as ``tool0.outputs``, may be among them.
 
         Raises
         ------
@@ -347,8 +384,24 @@ class RobotSettings:
         if delay > longest:
             raise ParameterError(f'{prefix}estimator.delay', delay,
                                  f'at most {longest:g} with estimator.kind {kind!r}')
-        return cls(name=name, **checked,
-                   motion=MotionSettings(source, kind, delay, estimator))
+        settings = cls(name=name, **checked,
+                       motion=MotionSettings(source, kind, delay, estimator))
+        return replace(settings, of_tips=tuple(
+            replace(settings, name=prefix + tip, tip_frame=tip, tips=(), **{
+                s.name: s.read(values.get(f'{tip}.{s.name}', values[s.name]), f'{prefix}{tip}.')
+                for s in OF_TIP})
+            for tip in settings.tips))
+
+    @property
+    def parts(self) -> tuple[RobotSettings, ...]:
+        """Return the settings of each tip: of several, or of the only one."""
+        return self.of_tips or (self,)
+
+    @property
+    def topic(self) -> str:
+        """Return what the names of its topics begin with."""
+        robot, _, tip = self.name.partition('.')
+        return f'{robot}/{topic_name(tip)}' if tip else robot
 
     @property
     def has_tool(self) -> bool:

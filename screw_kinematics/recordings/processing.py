@@ -273,7 +273,7 @@ def _differences(task: Task, recording: Recording | JointTable, robot: RecordedR
                  ) -> Iterator[Difference]:
     if task.compare and isinstance(recording, Recording):
         for output in robot.outputs:
-            topic = full_name(task.namespace, f'{robot.settings.name}/{output}')
+            topic = full_name(task.namespace, f'{robot.settings.topic}/{output}')
             yield Difference(topic, output, recording.messages({KINDS[output].type_name}, {topic}))
 
 

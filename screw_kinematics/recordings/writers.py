@@ -81,10 +81,10 @@ class BagWriter:
     def _advertise(self, robot: RecordedRobot) -> list[tuple[Any, MessageWriter]]:
         settings = robot.settings
         # The messages name the base only.
-        topics = full_name(self._namespace, settings.name).lstrip('/')
+        topics = full_name(self._namespace, settings.topic).lstrip('/')
         self._writer.set_custom_data(
             f'{topics}.tip_frame', settings.frame_prefix + robot.model.tip_frame)
-        return [(self._connection(f'{settings.name}/{output}', KINDS[output].type_name),
+        return [(self._connection(f'{settings.topic}/{output}', KINDS[output].type_name),
                  message_writer(output, robot.program.slices, robot.model, settings))
                 for output in robot.outputs]
 

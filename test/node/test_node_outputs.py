@@ -11,6 +11,7 @@ from screw_kinematics.errors import Reason
 from screw_kinematics.messages.joint_state import JointSample
 from screw_kinematics.pipeline.kinematics import Kinematics
 from screw_kinematics.pipeline.robot_pipeline import RobotPipeline
+from screw_kinematics.pipeline.robot_program import OneTip
 from screw_kinematics.pipeline.settings import MotionSettings
 from screw_kinematics.screws.rotations import pose, rotation_from_quaternion, rotation_rpy
 from screw_kinematics.screws.se3 import rotate, shift_pole
@@ -109,7 +110,7 @@ def offline(settings, outputs, **frames):
     chain = models.load(PUMA)
     program = chain.compile(outputs=outputs, **frames)
     pipeline = RobotPipeline(chain.joint_names, settings)
-    pipeline.activate(Kinematics(program))
+    pipeline.activate(Kinematics(OneTip(program)))
     results = {}
     for k in range(SAMPLES):
         q, qd = smooth_motion(6, k * PERIOD * 1e-9)

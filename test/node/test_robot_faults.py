@@ -14,7 +14,7 @@ from support.rig import PUMA
 class Defective:
     """A program with a defect."""
 
-    order, inputs = 0, 6
+    order, dof = 0, 6
 
     @staticmethod
     def evaluate(values):

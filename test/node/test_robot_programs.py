@@ -53,7 +53,7 @@ def test_far_from_home_in_another_assembly_mode(planar, wait_until):
         q = start.actuated + shift
         robot.take(JointSample(k * 10**7, robot.model.joint_names, q.tolist(), (0.0,) * 3))
         assert robot.account.refused.total() == 0
-        found = robot._program.posture.pose
+        found = robot._program.program.posture.pose
         np.testing.assert_allclose(found, robot.model.posture(q, start).pose, atol=1e-12)
         assert np.abs(found - robot.model.posture(q).pose).max() > 0.1
 
@@ -61,12 +61,12 @@ def test_far_from_home_in_another_assembly_mode(planar, wait_until):
         def there():
             robot.update_demand(0.0)
             worker.collect()
-            return robot.publishers.wanted == wanted and worker.pending == 0
+            return tuple(robot.publishers.wanted_names) == wanted and worker.pending == 0
         wait_until(there)
 
     subscriptions = [node.create_subscription(PoseStamped, 'planar/pose', print, 10)]
     wait_for('pose')
-    robot._program.posture = start
+    robot._program.program.posture = start
     check_next_sample()
     subscriptions += [node.create_subscription(TwistStamped, 'planar/twist', print, 10)]
     wait_for(*[name for name in KINDS if name in ('pose', 'twist')])

@@ -10,6 +10,7 @@ from screw_kinematics.errors import Reason, SingularityError
 from screw_kinematics.pipeline.kinematics import Kinematics
 from screw_kinematics.pipeline.robot_model import plausible_velocities
 from screw_kinematics.pipeline.robot_pipeline import RobotPipeline
+from screw_kinematics.pipeline.robot_program import OneTip
 from screw_kinematics.pipeline.settings import MotionSettings
 from support.pipeline_arm import (
     ARM, assert_balanced, feed, joints, make, MEASURED, MS, NAMES, START, take)
@@ -118,7 +119,7 @@ def test_other_outputs_go_on_with_the_same_estimator():
     pipeline = make(MotionSettings(), ('twist',))
     feed(pipeline, 50)
     before = pipeline.estimators()
-    pipeline.activate(Kinematics(ARM.compile(outputs=('accel', 'pose'))))
+    pipeline.activate(Kinematics(OneTip(ARM.compile(outputs=('accel', 'pose')))))
     q, qd, _ = joints(0.1)
     assert len(take(pipeline, START + 100 * MS, NAMES, q, qd).values) == 18
     assert pipeline.estimators() == before
@@ -163,7 +164,7 @@ def test_measured_velocities_are_published_however_slowly_they_come():
     (math.inf, Reason.STATE_NOT_FINITE), (math.nan, Reason.STATE_NOT_FINITE)])
 def test_a_posture_without_a_state_is_refused_and_the_next_one_used(failure, reason):
     class Fails:
-        order, inputs, fails = 0, 3, True
+        order, dof, fails = 0, 3, True
 
         def evaluate(self, values):
             if self.fails and isinstance(failure, Exception):
@@ -225,7 +226,7 @@ def test_a_step_that_the_description_does_not_allow_is_refused():
     chain = SerialChain([Joint('q1', 'revolute', axis=(0, 0, 1), velocity_limit=0.5)])
     for limits, refused in ((plausible_velocities(MotionSettings(), chain), 1), (None, 0)):
         pipeline = RobotPipeline(chain.joint_names, MotionSettings(), max_velocity=limits)
-        pipeline.activate(Kinematics(chain.compile(outputs=('twist',))))
+        pipeline.activate(Kinematics(OneTip(chain.compile(outputs=('twist',)))))
         for k in range(50):
             take(pipeline, START + k * 10 * MS, ('q1',), [0.1 * math.sin(k / 100)])
         take(pipeline, START + 500 * MS, ('q1',), [0.15])

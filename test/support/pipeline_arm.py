@@ -7,6 +7,7 @@ from screw_kinematics.errors import Reason
 from screw_kinematics.messages.joint_state import JointSample
 from screw_kinematics.pipeline.kinematics import Kinematics
 from screw_kinematics.pipeline.robot_pipeline import RobotPipeline
+from screw_kinematics.pipeline.robot_program import OneTip
 from screw_kinematics.pipeline.settings import MotionSettings
 
 MS = 1_000_000
@@ -29,7 +30,7 @@ def joints(t):
 def make(settings=MEASURED, outputs=('twist',), covariance=False, **options):
     """Return a pipeline of the arm that wants some outputs."""
     pipeline = RobotPipeline(ARM.joint_names, settings, **options)
-    pipeline.activate(Kinematics(ARM.compile(outputs=outputs), covariance))
+    pipeline.activate(Kinematics(OneTip(ARM.compile(outputs=outputs)), covariance))
     return pipeline
 
 

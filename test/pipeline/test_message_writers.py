@@ -1,0 +1,50 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Messages made of a state: what they say does not depend on the program's axes and point."""
+import itertools
+from struct import unpack
+
+import numpy as np
+import pytest
+from screw_kinematics.pipeline.group_motion import Motion
+from screw_kinematics.pipeline.kinematics import Kinematics
+from screw_kinematics.pipeline.message_writers import JointColumns, message_writer
+from screw_kinematics.pipeline.outputs import KINDS
+from screw_kinematics.pipeline.parameter_file import robot_settings
+from screw_kinematics.pipeline.robot_program import compile_robot
+from support.pipeline_arm import ARM
+
+MOTION = Motion(10**9, [0.3, -0.7, 0.2, 1.1, 0.4, -0.6, 2.0, -3.0, 0.5],
+                [1e-8, 2e-8, 3e-8, 1e-6, 5e-6, 2e-6, 3e-4, 1e-4, 2e-4, 1.0, 1.0, 1.0])
+
+
+def imu(expressed_in, reference_point):
+    """Return the 37 numbers of the message."""
+    settings = robot_settings('arm', {
+        'outputs': ['imu'], 'expressed_in': expressed_in, 'reference_point': reference_point,
+        'gravity': [0.5, -9.0, 2.0]})
+    program = compile_robot(ARM, (KINDS['imu'].needs,), settings)
+    state = Kinematics(program, covariance=True).evaluate(MOTION)
+    data = message_writer('imu', program.tips[0], ARM, settings).encode(state)
+    return np.array(unpack('<37d', data[-37 * 8:]))
+
+
+@pytest.mark.parametrize('axes, pole', itertools.product(('base', 'tip'), repeat=2))
+def test_imu_is_the_tips_whatever_axes_and_point(axes, pole):
+    np.testing.assert_allclose(imu(axes, pole), imu('base', 'tip'), rtol=1e-9, atol=1e-15)
+
+
+def test_covariances_of_the_imu_are_those_of_the_joints_through_the_jacobian():
+    values = imu('base', 'tip')
+    q, variances = np.array(MOTION.values[:3]), np.reshape(MOTION.variances, (4, 3))
+    R, jacobian = ARM.pose(q)[:3, :3], ARM.jacobian(q, 'tip')
+    for start, rows, row in ((4, slice(3), 0), (16, slice(3), 1), (28, slice(3, 6), 2)):
+        J = R.T @ jacobian[rows]
+        np.testing.assert_allclose(values[start:start + 9].reshape(3, 3),
+                                   J @ np.diag(variances[row]) @ J.T, rtol=1e-9, atol=1e-15)
+
+
+def test_columns_of_a_tip():
+    row = list(range(12))
+    assert JointColumns([0, 1, 2], 3).select(row, 2) == [6, 7, 8]
+    assert JointColumns([2, 0], 3).select(row, 2) == [8, 6]
