@@ -29,7 +29,7 @@ def imu(expressed_in, reference_point):
     return np.array(unpack('<37d', data[-37 * 8:]))
 
 
-@pytest.mark.parametrize('axes, pole', itertools.product(('base', 'tip'), repeat=2))
+@pytest.mark.parametrize('axes, pole', [*itertools.product(('base', 'tip'), repeat=2)])
 def test_imu_is_the_tips_whatever_axes_and_point(axes, pole):
     np.testing.assert_allclose(imu(axes, pole), imu('base', 'tip'), rtol=1e-9, atol=1e-15)
 
