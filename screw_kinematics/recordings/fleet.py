@@ -27,6 +27,10 @@ from .smoothing import MotionBlock
 from .states import Run
 from ..errors import MissingExtraError, ToolError
 
+_QUIET = {'distributed.worker.profile.enabled': False,
+          'distributed.admin.system-monitor.gil.enabled': False}
+"""Of the cluster here: nobody looks at its profile, which costs some percent of each core."""
+
 Progress = Callable[[Task, int, int], None]
 """Gets a recording, the joint samples read of it so far, and how many are expected or 0."""
 
@@ -79,6 +83,7 @@ def cluster(scheduler: str | None, processes: int) -> Iterator[Any]:
 
     """
     try:
+        import dask
         from distributed import Client, LocalCluster
     except ImportError:
         raise MissingExtraError('distributed', 'fleet', 'processing many recordings at once (or '
@@ -91,8 +96,9 @@ def cluster(scheduler: str | None, processes: int) -> Iterator[Any]:
         with client:
             yield client
         return
-    with LocalCluster(n_workers=processes, threads_per_worker=1, dashboard_address=None,
-                      silence_logs=logging.ERROR) as local, Client(local) as client:
+    with dask.config.set(_QUIET), LocalCluster(
+            n_workers=processes, threads_per_worker=1, dashboard_address='127.0.0.1:0',
+            silence_logs=logging.ERROR) as local, Client(local) as client:
         yield client
 
 

@@ -110,7 +110,13 @@ class McapFile:
             yield from waiting[:ready]
             waiting[:ready] = self._read(section, wanted, self.damage)
             waiting.sort(key=_received)
+            self._release()
         yield from waiting
+
+    def _release(self) -> None:
+        """Let go of the pages that were read: memory stays small however long the file is."""
+        if hasattr(self._data, 'madvise'):
+            self._data.madvise(mmap.MADV_DONTNEED)
 
     def _broken(self, what: str) -> None:
         self.damage.append(f'{self.path}: {what}')
@@ -180,6 +186,7 @@ class McapFile:
                 self._sections[-1] = last._replace(start=min(last.start, time), end=end)
             else:
                 self._sections.append(Section(time, body - 9, end, False, False))
+                self._release()
         else:
             self._learn(self._data, opcode, body)
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,7 @@ import numpy as np
 from .delay import recommend
 from .findings import FACT, Finding, has_problem, print_findings, PROBLEM, REMARK
 from .model import report_model
+from .offset import compare_clocks
 from .samples import report_streams
 from .. import console, robot_options, table_options
 from ... import core, models
@@ -25,7 +27,7 @@ from ...pipeline.parameter_file import read_robots, robot_settings
 from ...pipeline.robot_model import build_model, continuous_joints
 from ...pipeline.settings import RobotSettings
 from ...recordings.joint_streams import JointStream, JointStreams
-from ...recordings.joint_table import JointTable
+from ...recordings.joint_table import JointTable, TableFormat
 from ...recordings.recording import description_in, full_name
 from ...recordings.sources import opened
 
@@ -34,6 +36,8 @@ EXAMPLES = """\
   check system                                robot_description and joint_states, 10 s
   check system --params-file kinematic_states.yaml --seconds 20
   check bag recording --robot config/robots/panda.yaml
+  check delay recording --robot panda.urdf --against /wrench
+  check imu recording --robot panda.urdf --frame panda_hand --topic /imu/data
 """
 
 
@@ -52,15 +56,29 @@ def main(argv: Sequence[str] | None = None) -> int:
     bag.add_argument('bag', help='a folder, a .mcap, .db3 or .bag file, a table, or a URL')
     table_options.add_options(bag)
     bag.set_defaults(find=_recording)
-    for with_robots in (system, bag):
+    delay = kinds.add_parser('delay', help='the clock of the joint states against another stream '
+                                           'that saw the same motion')
+    imu = kinds.add_parser('imu', help='an IMU on a link against the motion of that link')
+    for against in (delay, imu):
+        against.add_argument('bag', help='of both: a folder, or a .mcap, .db3 or .bag file')
+        against.set_defaults(find=_against)
+    delay.add_argument('--against', required=True, metavar='TOPIC', help='sensor_msgs/Imu, '
+                       'geometry_msgs/WrenchStamped or PoseStamped, nav_msgs/Odometry, of '
+                       'something fixed to the tip')
+    imu.add_argument('--topic', dest='against', default='imu/data', metavar='TOPIC',
+                     help='of the sensor_msgs/Imu (default: imu/data)')
+    imu.add_argument('--frame', dest='tip', metavar='LINK', help='which the IMU is fixed to')
+    for with_robots in (system, bag, delay, imu):
         which = with_robots.add_mutually_exclusive_group()
         which.add_argument('--params-file', type=Path, metavar='FILE',
                            help='robots and settings, as the node has them')
         which.add_argument('--robot', nargs='+', action=robot_options.Model, metavar='MODEL',
                            help='one robot (default: the one on robot_description)')
         with_robots.add_argument('--base', metavar='FRAME', help='with --robot')
-        with_robots.add_argument('--tip', metavar='FRAME', help='with --robot')
-        with_robots.add_argument('--topic', default='joint_states',
+        if with_robots is not imu:
+            with_robots.add_argument('--tip', metavar='FRAME', help='with --robot')
+        with_robots.add_argument('--joint-states' if with_robots is imu else '--topic',
+                                 dest='topic', default='joint_states', metavar='TOPIC',
                                  help='of the joint states, without --params-file')
         with_robots.add_argument('--namespace', default='', help='of the node (default: none)')
     return console.run(_check, options, argv)
@@ -119,6 +137,18 @@ def _recording(arguments: argparse.Namespace) -> Iterator[Finding]:
                 if text is not None:
                     descriptions[topic] = text
     yield from _report(settings, arguments.namespace, streams, descriptions)
+
+
+def _against(arguments: argparse.Namespace) -> Iterator[Finding]:
+    with opened(arguments.bag, TableFormat()) as recording:
+        if isinstance(recording, JointTable):
+            raise ParameterError('bag', arguments.bag, 'a bag')
+        for robot in _settings(arguments):
+            if arguments.tip:
+                robot = replace(robot, tip_frame=arguments.tip)
+            yield from compare_clocks(recording, robot, arguments.namespace, arguments.against)
+        for damage in recording.damage:
+            yield Finding(PROBLEM, f'damaged: {damage}')
 
 
 def _settings(arguments: argparse.Namespace) -> list[RobotSettings]:

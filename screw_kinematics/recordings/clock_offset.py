@@ -1,0 +1,182 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""
+How far the clocks of two recorded streams are apart that saw the same motion.
+
+One stream y is linear in features X of the other one's motion, y(t) = X(t + offset) B + noise,
+with a B that need not be known: mounting, scale and bias are in it. The offset is where the
+residual is least; its interval comes from the scores of half a second each, so that noise may be
+coloured.
+"""
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from .interpolation import interpolate
+from ..errors import ToolError
+from ..screws.se3 import Array
+
+SEARCH = 0.25
+"""Offsets are looked for up to this [s]."""
+
+BLOCK = 0.5
+"""Residuals further apart in time are taken to be independent [s]."""
+
+_GRID = 8e-3        # of the search [s]
+_ROWS = 300         # that it looks at
+_STEP = 500_000     # to either side of an instant, for the features' slope [ns]
+_FEWEST = 50
+_ITERATIONS = 30
+
+
+@dataclass(frozen=True)
+class Channels:
+    """
+    Some measured quantities, and what they are linear in.
+
+    Parameters
+    ----------
+    values : array, shape (N, k)
+        At the stamps of the other stream.
+    features : array, shape (M, f)
+        At the stamps of the joint motion; a constant is added to them.
+
+    """
+
+    values: Array
+    features: Array
+
+
+@dataclass(frozen=True)
+class ClockOffset:
+    """
+    What is known of an offset.
+
+    Attributes
+    ----------
+    offset, deviation : float
+        What is added to the other stream's stamps to have those of the joints, and its standard
+        deviation [s].
+    drift, drift_deviation : float
+        By how much the offset grows in a second [s/s].
+    shares : list of float
+        Of the variance of each group of channels, what the motion explains.
+    residuals : list of array, shape (k,)
+        Standard deviations of what is left of each channel.
+    coefficients : list of array, shape (f + 1, k)
+        From features, and the constant behind them, to channels.
+    freedoms : int
+        Of the deviations.
+
+    """
+
+    offset: float
+    deviation: float
+    drift: float
+    drift_deviation: float
+    shares: list[float]
+    residuals: list[Array]
+    coefficients: list[Array]
+    freedoms: int
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """Return the 95 % interval of the offset [s]."""
+        half = (1.96 + 2.4 / self.freedoms) * self.deviation     # of Student's distribution
+        return self.offset - half, self.offset + half
+
+
+def find_offset(joint_stamps: Array, stamps: Array, groups: Sequence[Channels]) -> ClockOffset:
+    """
+    Return the offset of a stream from the joints' clock.
+
+    Parameters
+    ----------
+    joint_stamps, stamps : array of int, shapes (M,), (N,)
+        Of the joint motion and of the other stream, increasing [ns].
+    groups : sequence of Channels
+        What was measured.
+
+    Raises
+    ------
+    ToolError
+        The streams do not overlap, or nothing moves, or what moves is something else.
+
+    """
+    margin = round((SEARCH + _GRID) * 1e9) + 4 * _STEP
+    inside = (stamps > joint_stamps[0] + margin) & (stamps < joint_stamps[-1] - margin)
+    if inside.sum() < _FEWEST:
+        raise ToolError(
+            f'the streams share {int(inside.sum())} samples that are {SEARCH} s off both ends; '
+            f'allowed: at least {_FEWEST} (do they overlap in time?)')
+    at = stamps[inside]
+    groups = [Channels(group.values[inside], group.features) for group in groups]
+    if not any((np.ptp(group.features, axis=0) > 1e-9).any() for group in groups):
+        raise ToolError('nothing moves in the recording: an offset cannot be seen')
+    thin = max(len(at) // _ROWS, 1)
+    offsets = np.arange(-SEARCH, SEARCH + _GRID / 2, _GRID)
+    misfits = [sum(_misfit(joint_stamps, at[::thin], group, offset, thin) for group in groups)
+               for offset in offsets]
+    offset, drift = float(offsets[int(np.argmin(misfits))]), 0.0
+    middle = (at - at[len(at) // 2]) * 1e-9
+    for _ in range(_ITERATIONS):
+        step, covariance, fits = _improve(joint_stamps, at, groups, offset, drift, middle)
+        offset, drift = offset + step[0], drift + step[1]
+        if abs(step[0]) < 1e-8:
+            break
+    if not abs(offset) < SEARCH:
+        raise ToolError(f'no offset within {SEARCH} s fits: is it the same motion?')
+    deviation, drift_deviation = np.sqrt(np.diag(covariance))
+    return ClockOffset(
+        offset, float(deviation), drift, float(drift_deviation),
+        [1 - float((r**2).sum() / ((g.values - g.values.mean(axis=0))**2).sum())
+         for g, (_, r) in zip(groups, fits)],
+        [r.std(axis=0) for _, r in fits], [b for b, _ in fits],
+        max(int((at[-1] - at[0]) * 1e-9 / BLOCK) - 2, 1))
+
+
+def _features(joint_stamps: Array, features: Array, at: Array) -> Array:
+    """Return the features at instants, and the constant."""
+    found = interpolate(joint_stamps, features, at)
+    return np.concatenate([found, np.ones((len(at), 1))], axis=1)
+
+
+def _misfit(joint_stamps: Array, at: Array, group: Channels, offset: float, thin: int) -> float:
+    """Return the logarithm of what is left, by which groups of any units can be added."""
+    x = _features(joint_stamps, group.features, at + round(offset * 1e9))
+    y = group.values[::thin]
+    rest = y - x @ np.linalg.lstsq(x, y, rcond=1e-10)[0]
+    return float(np.log((rest**2).sum(axis=0) + 1e-30).sum())
+
+
+def _improve(joint_stamps: Array, at: Array, groups: Sequence[Channels], offset: float,
+             drift: float, middle: Array) -> tuple[Array, Array, list[tuple[Array, Array]]]:
+    """Return a Gauss-Newton step of offset and drift, their covariance, and the fits."""
+    shifted = at + np.rint((offset + drift * middle) * 1e9).astype(np.int64)
+    block = ((at - at[0]) // round(BLOCK * 1e9)).astype(int)
+    normal, scores = np.zeros((2, 2)), np.zeros((2, int(block[-1]) + 1))
+    fits = []
+    for group in groups:
+        x, before, after = (_features(joint_stamps, group.features, shifted + step)
+                            for step in (0, -_STEP, _STEP))
+        b = np.linalg.lstsq(x, group.values, rcond=1e-10)[0]
+        rest = group.values - x @ b
+        slope = (after - before) @ b / (2e-9 * _STEP)
+        basis = np.linalg.svd(x, full_matrices=False)
+        q = basis[0][:, basis[1] > 1e-10 * basis[1][0]]
+        weights = 1 / np.maximum(rest.var(axis=0), 1e-30)
+        # What offset and drift do to the channels, beyond what another B would do as well.
+        effects = [g - q @ (q.T @ g) for g in (slope, slope * middle[:, None])]
+        for i in range(2):
+            scores[i] += np.bincount(block, ((effects[i] * rest) @ weights), len(scores[i]))
+            for j in range(2):
+                normal[i, j] += float(((effects[i] * effects[j]).sum(axis=0) @ weights))
+        fits.append((b, rest))
+    inverse = np.linalg.pinv(normal, rcond=1e-12)
+    # Blocks of scores: noise may be coloured within them.
+    coloured = inverse @ (scores @ scores.T) @ inverse
+    covariance = np.diag(np.maximum(np.diag(coloured), np.diag(inverse)))
+    return inverse @ scores.sum(axis=1), covariance, fits

@@ -1,0 +1,142 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Other streams that saw a robot move, and how they depend on its motion."""
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from .clock_offset import Channels
+from .recording import Recording
+from ..errors import MissingExtraError, ToolError
+from ..screws.se3 import Array
+from ..screws.vectors import skew
+
+GRAVITY = 9.80665    # m/s^2
+
+
+class LinkMotion(NamedTuple):
+    """
+    Motion of a link in the base frame.
+
+    Attributes
+    ----------
+    stamps : array of int, shape (N,)
+        In ns.
+    rotation : array, shape (N, 3, 3)
+        From link to base coordinates.
+    position, velocity, acceleration : array, shape (N, 3)
+        Of its origin, classical.
+    angular_velocity, angular_acceleration : array, shape (N, 3)
+
+    """
+
+    stamps: Array
+    rotation: Array
+    position: Array
+    velocity: Array
+    acceleration: Array
+    angular_velocity: Array
+    angular_acceleration: Array
+
+    def in_link(self, vectors: Array) -> Array:
+        """Return vectors of base coordinates in those of the link, shape (N, 3)."""
+        return np.einsum('nji,nj->ni', self.rotation, vectors)
+
+
+class Stream(NamedTuple):
+    """Measured quantities: stamps [ns], and values, shape (N, k)."""
+
+    kind: str
+    stamps: Array
+    values: Array
+
+
+def _xyz(vector: Any) -> list[float]:
+    return [vector.x, vector.y, vector.z]
+
+
+def _imu(message: Any) -> list[float]:
+    return [*_xyz(message.angular_velocity), *_xyz(message.linear_acceleration)]
+
+
+def _odometry(message: Any) -> list[float]:
+    return [*_xyz(message.twist.twist.angular), *_xyz(message.twist.twist.linear)]
+
+
+READERS: dict[str, Callable[[Any], list[float]]] = {
+    'sensor_msgs/msg/Imu': _imu,
+    'geometry_msgs/msg/WrenchStamped': lambda message: _xyz(message.wrench.force),
+    'geometry_msgs/msg/PoseStamped': lambda message: _xyz(message.pose.position),
+    'nav_msgs/msg/Odometry': _odometry,
+}
+"""What is taken of each type of message."""
+
+
+def read_stream(recording: Recording, topic: str) -> Stream:
+    """
+    Return what was recorded on a topic.
+
+    Raises
+    ------
+    ToolError
+        There is nothing of a type that is understood.
+
+    """
+    kinds = {c.kind for c in recording.connections if c.topic == topic}
+    known = kinds & READERS.keys()
+    if not known:
+        raise ToolError(f'{recording.path}: {topic} has messages of type '
+                        f'{", ".join(sorted(kinds)) or "none"}; allowed: '
+                        f'{", ".join(READERS)}')
+    try:
+        from rosbags.typesys import get_typestore, Stores
+    except ImportError:
+        raise MissingExtraError('rosbags', 'bag', 'reading messages') from None
+    kind = known.pop()
+    deserialize = get_typestore(Stores.ROS2_JAZZY).deserialize_cdr
+    stamps, values = [], []
+    for message in recording.messages({kind}, {topic}):
+        content = deserialize(message.data, kind)
+        stamp = content.header.stamp     # type: ignore[attr-defined]
+        stamps.append(stamp.sec * 10**9 + stamp.nanosec)
+        values.append(READERS[kind](content))
+    order = np.argsort(np.array(stamps, dtype=np.int64), kind='stable')
+    sorted_stamps, rows = np.array(stamps, dtype=np.int64)[order], np.array(values)[order]
+    first = np.concatenate([[True], np.diff(sorted_stamps) > 0])[:len(sorted_stamps)]
+    return Stream(kind, sorted_stamps[first], rows[first])
+
+
+def channels(stream: Stream, link: LinkMotion) -> list[Channels]:
+    """
+    Return what a stream that is fixed to a link measures of it.
+
+    Mounting, lever arm, scale and bias may be any; the z axis of the base points up.
+    """
+    turn = link.in_link(link.angular_velocity)
+    flat = link.rotation.reshape(len(link.stamps), 9)
+    if stream.kind == 'geometry_msgs/msg/PoseStamped':
+        return [Channels(stream.values, np.concatenate([link.position, flat], axis=1))]
+    if stream.kind == 'nav_msgs/msg/Odometry':
+        return [Channels(stream.values[:, :3], turn),
+                Channels(stream.values[:, 3:], np.concatenate(
+                    [link.in_link(link.velocity), turn], axis=1))]
+    force = specific_force_features(link)
+    if stream.kind == 'sensor_msgs/msg/Imu':
+        return [Channels(stream.values[:, :3], turn), Channels(stream.values[:, 3:], force)]
+    return [Channels(stream.values, force)]
+
+
+def specific_force_features(link: LinkMotion) -> Array:
+    """
+    Return what the specific force at any point of a link is linear in, shape (N, 12).
+
+    That at its origin, in its own axes, where the base's z axis points up; and what a lever arm
+    adds, by the arm's components.
+    """
+    omega = skew(link.in_link(link.angular_velocity))
+    lever = skew(link.in_link(link.angular_acceleration)) + omega @ omega
+    return np.concatenate([link.in_link(link.acceleration + [0.0, 0.0, GRAVITY]),
+                           lever.reshape(-1, 9)], axis=1)

@@ -1,0 +1,120 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A recorded robot against another stream that saw it move: clocks, mounting, what is left."""
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from .findings import FACT, Finding, PROBLEM, REMARK
+from ...errors import ToolError
+from ...pipeline.settings import RobotSettings
+from ...recordings.clock_offset import ClockOffset, find_offset
+from ...recordings.motion_streams import channels, LinkMotion, read_stream, Stream
+from ...recordings.recording import full_name, Recording
+from ...recordings.states import recorded_robot
+from ...screws.rotations import roll_pitch_yaw
+from ...screws.se3 import Array
+
+_UNRELATED = 0.5        # share of the variance below which the streams saw something else
+_VAGUE = 2e-3           # standard deviation of an offset that tells little [s]
+_IMU = 'sensor_msgs/msg/Imu'
+_MEASURED = {
+    _IMU: ('angular velocity', 'specific force'),
+    'geometry_msgs/msg/WrenchStamped': ('force',),
+    'geometry_msgs/msg/PoseStamped': ('position',),
+    'nav_msgs/msg/Odometry': ('angular velocity', 'velocity')}
+
+
+def link_motion(recording: Recording, settings: RobotSettings, namespace: str) -> LinkMotion:
+    """
+    Return the motion of a robot's tip in a recording.
+
+    Raises
+    ------
+    ToolError
+        There are no states of it.
+
+    """
+    robot = recorded_robot(recording, settings, namespace, order=2)
+    program = robot.model.compile(('pose', 'twist', 'accel'))
+    stamps: list[Array] = []
+    rows: list[Array] = []
+    for block in robot.states(recording):
+        found = program.batch(*block.motion[:3])
+        stamps.append(block.stamps)
+        rows.append(np.concatenate([found['pose'], found['twist'], found['accel']], axis=1))
+    if not stamps:
+        raise ToolError(f'{recording.path}: no states of {settings.name}; see check bag')
+    at, values = np.concatenate(stamps), np.concatenate(rows)
+    ahead = np.concatenate([[True], np.diff(np.maximum.accumulate(at)) > 0])
+    at, values = at[ahead], values[ahead]
+    return LinkMotion(at, values[:, 3:12].reshape(-1, 3, 3), values[:, :3], values[:, 15:18],
+                      values[:, 21:24], values[:, 12:15], values[:, 18:21])
+
+
+def compare_clocks(recording: Recording, settings: RobotSettings, namespace: str, topic: str,
+                   ) -> Iterator[Finding]:
+    """
+    Yield how far the clock of the joint states is from that of another stream.
+
+    Parameters
+    ----------
+    recording : Recording
+        Of both.
+    settings : RobotSettings
+        Of the robot; the other stream is fixed to its tip frame.
+    namespace : str
+        Of the node.
+    topic : str
+        Of the other stream.
+
+    """
+    topic = full_name(namespace, topic)
+    stream = read_stream(recording, topic)
+    link = link_motion(recording, settings, namespace)
+    found = find_offset(link.stamps, stream.stamps, channels(stream, link))
+    yield from _report_clocks(topic, stream, found)
+    if stream.kind == _IMU:
+        yield from _report_mounting(topic, settings.tip_frame or 'the tip', found)
+
+
+def _report_clocks(topic: str, stream: Stream, found: ClockOffset) -> Iterator[Finding]:
+    low, high = found.interval
+    yield Finding(
+        FACT, f'{topic}: stamps are {1e3 * abs(found.offset):.3f} ms '
+        f'{"early" if found.offset > 0 else "late"} against those of the joint states '
+        f'(offset {1e3 * found.offset:+.3f} ms, 95 % between {1e3 * low:+.3f} and '
+        f'{1e3 * high:+.3f} ms)',
+        f'add {found.offset:+.6f} s to its stamps, or take {found.offset:.6f} s off those of the '
+        'joint states')
+    if abs(found.drift) > 3 * found.drift_deviation and abs(found.drift) > 1e-5:
+        yield Finding(REMARK, f'{topic}: the offset grows by {1e6 * found.drift:.0f} us a second',
+                      'the clocks run at different rates: synchronise them (chrony, PTP)')
+    if found.deviation > _VAGUE:
+        yield Finding(REMARK, f'{topic}: the motion tells the offset to '
+                      f'{1e3 * found.deviation:.1f} ms only', 'move faster, and to and fro')
+    for what, share, left in zip(_MEASURED[stream.kind], found.shares, found.residuals):
+        level = PROBLEM if share < _UNRELATED else FACT
+        yield Finding(
+            level, f'{topic}: {100 * share:.2f} % of the variance of its {what} is the motion of '
+            f'the joints; left are {_listed(left)}',
+            'is it fixed to this link? does it measure this robot?' if level == PROBLEM else '')
+
+
+def _report_mounting(topic: str, frame: str, found: ClockOffset) -> Iterator[Finding]:
+    """Yield how an IMU is mounted, by the angular velocities, and its biases."""
+    matrix, bias = found.coefficients[0][:3].T, found.coefficients[0][3]
+    left, sizes, right = np.linalg.svd(matrix)
+    rotation = left @ np.diag([1, 1, np.linalg.det(left @ right)]) @ right
+    roll, pitch, yaw = np.degrees(roll_pitch_yaw(rotation.T))
+    yield Finding(FACT, f'{topic}: turned against {frame} by roll {roll:.2f}, pitch {pitch:.2f}, '
+                        f'yaw {yaw:.2f} degrees; bias of the gyroscope {_listed(bias)} rad/s')
+    if np.abs(sizes - 1).max() > 0.05:
+        yield Finding(REMARK, f'{topic}: angular velocities are {sizes.mean():.3f} times those of '
+                      f'{frame}', 'another unit, another link, or too little motion about an axis')
+
+
+def _listed(values: Array) -> str:
+    return ', '.join(f'{value:.3g}' for value in values)
