@@ -26,6 +26,13 @@ from support import recordings    # noqa: E402
 ROBOTS = Path(__file__).parents[2] / 'config' / 'robots'
 
 
+@pytest.fixture(autouse=True)
+def closed_figures():
+    """Close what a test has drawn."""
+    yield
+    pyplot.close('all')
+
+
 def test_figure11_begins_with_the_paper_s_values():
     # Found by exact differentiation of the DH product: rad/s, mm/s, mm/s2; then reduced.
     known = [(.110409, .584824, .703910), (128.262094, 144.769510, -130.620410), None,
