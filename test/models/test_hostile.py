@@ -44,6 +44,10 @@ def check(load):
 def urdf_texts(draw):
     """Return a tree of links with, now and then, a wrong value in some attribute."""
     vector = st.lists(numbers, min_size=3, max_size=3).map(' '.join)
+    turned = st.one_of(
+        vector.map(lambda angles: f'rpy="{angles}"'),
+        st.sampled_from(['quat_xyzw="0 0 0 1"', 'quat_xyzw="0.6 0 0.8 0"', '', 'quat_xyzw="0"']))
+    left = st.sampled_from(['', '', '', '<xacro:if value="1"/>', '<dynamics/>', '<odd/>'])
     count = draw(st.integers(1, 6))
     lines = ['<link name="l0"/>']
     for i in range(count):
@@ -51,9 +55,12 @@ def urdf_texts(draw):
         lines.append(
             f'<link name="l{i + 1}"/><joint name="j{i}" type="{draw(kinds)}">'
             f'<parent link="l{draw(st.integers(0, i))}"/><child link="l{i + 1}"/>'
-            f'<origin xyz="{draw(vector)}" rpy="{draw(vector)}"/><axis xyz="{draw(vector)}"/>'
+            f'<origin xyz="{draw(vector)}" {draw(turned)}/><axis xyz="{draw(vector)}"/>'
+            f'{draw(left)}'
             f'{mimic if draw(st.integers(0, 4)) == 0 else ""}</joint>')
-    pieces = ('<robot name="r">' + ''.join(lines) + '</robot>').split('"')
+    version = draw(st.sampled_from(['1.0', '1.1', '1.1', '2', 'x']))
+    lines.append(draw(left))
+    pieces = (f'<robot name="r" version="{version}">' + ''.join(lines) + '</robot>').split('"')
     for _ in range(draw(st.integers(0, 2))):
         where = 2 * draw(st.integers(0, len(pieces) // 2 - 1)) + 1
         pieces[where] = quoteattr(draw(hostile))[1:-1].replace('"', '')
@@ -87,7 +94,9 @@ URDF = b"""<?xml version="1.0"?>
 
 
 @fuzz
-@given(damaged([URDF]) | st.binary(max_size=50) | st.text(max_size=50))
+@given(damaged([URDF, URDF.replace(b'?>', b' encoding="latin-1"?>', 1),
+                URDF.decode().encode('utf-16'), URDF.replace(b'?>', b' encoding="gbk"?>', 1)])
+       | st.binary(max_size=50) | st.text(max_size=50))
 def test_urdf_bytes(data):
     check(lambda: models.load_urdf(data))
 
