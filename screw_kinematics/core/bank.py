@@ -35,6 +35,8 @@ TIME_UNIT = cython.declare(cython.double, 0.02)
 WINDOW = cython.declare(cython.double, 0.1)
 EVIDENCE = cython.declare(cython.double, 0.65)
 HOLD = cython.declare(cython.double, 6.0)
+SPARSE = cython.declare(cython.double, 0.01)    # period at which a handicap counts once [s],
+DENSEST = cython.declare(cython.double, 4.0)    # and by how much it may be shorter
 LEAST = cython.declare(cython.double, 1e-26)
 NEGLIGIBLE = cython.declare(cython.double, 1e-4)     # weights below are passed over
 
@@ -486,8 +488,14 @@ class Bank:
                 self.gain_before[i, k] = g[i, k]
             g[0, k], g[1, k], g[2, k], g[3, k] = g0, g1, g2, g3
             self.s[k] = s
+        wide: cython.double = self.wide
+        if self.delayed:
+            # The more samples in a window, the more alike are the errors of neighbours.
+            dense: cython.double = SPARSE / self.period
+            dense = dense if dense < DENSEST else DENSEST
+            wide *= sqrt(dense)
         for k in range(self.m):
-            self.ls[k] = (1.0 + self.wide) * log(self.s[k])
+            self.ls[k] = (1.0 + wide) * log(self.s[k])
         return change
 
     @cython.cfunc

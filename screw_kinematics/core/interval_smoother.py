@@ -32,6 +32,7 @@ else:
 TIME_UNIT = cython.declare(cython.double, 0.02)
 WINDOW = cython.declare(cython.double, 0.1)
 EVIDENCE = cython.declare(cython.double, 0.65)
+SPARSE = cython.declare(cython.double, 0.01)    # period at which a handicap counts once [s]
 LEAST = cython.declare(cython.double, 1e-26)
 SCALE = (1.0, TIME_UNIT, TIME_UNIT**2 / 2.0, TIME_UNIT**3 / 6.0)
 FACTORIAL = (1.0, 1.0, 2.0, 6.0)
@@ -109,6 +110,8 @@ class IntervalSmoother:
         self.before = table(n, m)
         self.span, self.keep = row([0.0] * n), row([0.0] * n)
         period: cython.double = (times[n - 1] - times[0]) / (n - 1)
+        # The more samples in a window, the more alike are the errors of neighbours.
+        wide: cython.double = self.wide * sqrt(SPARSE / period if 4.0 * period > SPARSE else 4.0)
         p: cython.double[:, ::1] = self.work
         diagonal = (0, 4, 7, 9)
         for k in range(m):
@@ -122,7 +125,7 @@ class IntervalSmoother:
                 self._predict(times[i] - times[i - 1], period)
             self._update(i)
             for k in range(m):
-                self.logs[i, k] = (1.0 + self.wide) * log(self.s[i, k])
+                self.logs[i, k] = (1.0 + wide) * log(self.s[i, k])
             self.span[i] = 1.0
         self._around(self.logs)
         self._span()

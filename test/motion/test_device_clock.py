@@ -1,0 +1,181 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Whatever stamps say, the motion is nearly that of readings stamped with their true ticks."""
+
+import numpy as np
+import pytest
+from screw_kinematics.errors import Reason
+from screw_kinematics.motion import MotionEstimator, smooth
+from support import stamping
+from support.motions import sines
+
+JOINTS = 4
+SETTLED = 0.8
+
+
+def motion_of(seed):
+    return sines(seed, JOINTS)
+
+
+def arrival(rate, mean):
+    def messages(motion, seed):
+        rng = np.random.default_rng(seed)
+        return stamping.on_arrival(*stamping.device(motion, rate, 3.0, seed), rng, mean)
+    return messages
+
+
+def reader(device_rate, rate):
+    def messages(motion, seed):
+        rng = np.random.default_rng(seed)
+        return stamping.by_reader(*stamping.device(motion, device_rate, 3.0, seed), rng, rate)
+    return messages
+
+
+def lossy(motion, seed):
+    rng = np.random.default_rng(seed)
+    return stamping.with_losses(arrival(500, 3e-4)(motion, seed), rng, 0.05)
+
+
+def stalling(motion, seed):
+    return stamping.with_stalls(arrival(500, 1e-4)(motion, seed), 0.025, 0.8)
+
+
+def clock_set(motion, seed):
+    messages = arrival(500, 1e-6)(motion, seed)
+    return stamping.with_clock_set(stamping.with_clock_set(messages, 5e-3, 1.2), -1e-2, 2.2)
+
+
+WAYS = {
+    # messages, price at no delay and at 20 ms over true stamps
+    'on arrival, 1 kHz': (arrival(1000, 3e-4), 1.25, 1.35),
+    'on arrival, 500 Hz, late': (arrival(500, 1e-3), 1.25, 1.45),
+    'on arrival, 100 Hz': (arrival(100, 5e-4), 1.45, 1.6),
+    'reader, 1 kHz of 1 kHz': (reader(1000, 1000), 1.25, 1.5),
+    'held, 500 Hz at 1 kHz': (reader(500, 1000), 1.4, 1.5),
+    'lost messages': (lossy, 1.25, 1.35),
+    'stalls': (stalling, 1.4, 1.7),
+    'clock set': (clock_set, 1.25, 1.4),
+}
+
+
+def error(motion, messages, delay, allowed):
+    """Return the RMS error of the acceleration, by the best constant latency of those allowed."""
+    estimator = MotionEstimator(JOINTS, delay)
+    offset = messages.stamps - messages.stamped
+    instants, found = [], []
+    for k, stamp in enumerate(messages.stamps):
+        outcome = estimator.update(stamp, messages.positions[k])
+        if outcome is not None:
+            assert outcome.stamp == pytest.approx(stamp - delay, abs=1e-12)
+            if messages.stamped[k] > SETTLED:
+                instants.append(outcome.stamp - offset[k])
+                found.append(outcome.acceleration)
+    assert len(found) > 0.98 * (messages.stamped > SETTLED).sum()
+    return min(np.sqrt(np.mean((np.array(found) - motion(np.array(instants) - late)[2])**2))
+               for late in np.linspace(0.0, allowed, 5)), estimator
+
+
+@pytest.mark.parametrize('delay', [0.0, 0.02])
+@pytest.mark.parametrize('way', WAYS)
+def test_the_price_of_a_way_of_stamping(way, delay):
+    messages_of, *most = WAYS[way]
+    prices = []
+    for seed in (1, 2):
+        motion = motion_of(seed)
+        messages = messages_of(motion, seed)
+        fresh = np.append(True, np.diff(messages.read) > 0)
+        true = stamping.Messages(messages.read[fresh], messages.positions[fresh],
+                                 messages.read[fresh], messages.read[fresh])
+        mean = float(np.mean((messages.stamped - messages.read)[fresh]))
+        price = error(motion, messages, delay, mean)[0] / error(motion, true, delay, 0.0)[0]
+        prices.append(price)
+    assert np.exp(np.mean(np.log(prices))) < most[delay > 0.0], prices
+
+
+def test_what_the_clock_found_is_told():
+    motion = motion_of(3)
+    _, estimator = error(motion, reader(500, 1000)(motion, 3), 0.0, 0.0)
+    assert any(doubt.startswith('read by another clock: device at 500.') or
+               doubt.startswith('read by another clock: device at 499.')
+               for doubt in estimator.doubts()), estimator.doubts()
+    assert 'held' in estimator.doubts()[0]
+    _, estimator = error(motion, arrival(500, 1e-6)(motion, 3), 0.0, 0.0)
+    assert estimator.doubts() == []
+
+
+@pytest.mark.parametrize('way', ['reader, 1 kHz of 1 kHz', 'on arrival, 500 Hz, late'])
+def test_the_smoother_knows_the_clock_too(way):
+    motion = motion_of(5)
+    messages = WAYS[way][0](motion, 5)
+    result = smooth(messages.stamps, messages.positions)
+    inner = (result.stamps > 0.5) & (result.stamps < result.stamps[-1] - 0.5)
+    mean = float(np.mean(messages.stamped - messages.read))
+    smoothed = min(
+        np.sqrt(np.mean((result.acceleration - motion(result.stamps - late)[2])[inner]**2))
+        for late in np.linspace(0.0, 2 * mean, 9))
+    for delay in (0.0, 0.05):
+        assert smoothed < 1.05 * error(motion, messages, delay, mean)[0]
+    assert any('clock' in finding for finding in result.findings)
+
+
+@pytest.mark.parametrize('rate', [100, 250, 500, 1000])
+@pytest.mark.parametrize('pause', [0.01, 0.06, 0.1, 0.2, 0.24])
+def test_no_start_after_a_pause_overshoots(rate, pause):
+    stamps = 0.3 + np.append(0.0, pause + np.arange(rate // 2) / rate)
+    for delay in (0.0, 0.02):
+        estimator = MotionEstimator(1, delay)
+        for stamp in stamps:
+            position = round(np.sin(np.pi * stamp) / 1e-5) * 1e-5
+            found = estimator.update(stamp, [position])
+            if found is not None:
+                assert found.stamp == stamp - delay
+                assert abs(found.acceleration[0]) < 2 * np.pi**2
+
+
+@pytest.mark.parametrize('faster', [0.2, 0.6, 1.2, 3.0, 4.8])
+@pytest.mark.parametrize('rate', [100, 1000])
+def test_no_change_of_rate_overshoots(rate, faster):
+    first = np.arange(int(0.6 * rate)) / rate
+    stamps = 0.3 + np.append(first, first[-1] + np.arange(1, int(0.4 * rate * faster))
+                             / (rate * faster))
+    estimator = MotionEstimator(3)
+    phase = np.arange(3)
+    for stamp in stamps:
+        found = estimator.update(stamp, np.round(np.sin(np.pi * stamp + phase), 5))
+        if found is not None:
+            assert np.abs(found.acceleration).max() < 2 * np.pi**2
+
+
+@pytest.mark.parametrize('rate', [100, 250, 500, 1000])
+def test_a_driver_that_stands_still_makes_no_stop(rate):
+    stamps = np.arange(3 * rate) / rate
+    positions = np.round(np.sin(np.pi * stamps), 5)
+    begin, length = int(2.13 * rate), int(0.06 * rate)
+    positions[begin:begin + length] = positions[begin - 1]
+    estimator = MotionEstimator(1)
+    outcomes = []
+    for stamp, position in zip(stamps, positions):
+        found = estimator.update(stamp, [position])
+        outcomes.append(estimator.reason)
+        if found is not None and stamp > 1.0:
+            assert abs(found.acceleration[0] + np.pi**2 * np.sin(np.pi * stamp)) < 60.0
+    late = outcomes[begin:begin + length]
+    assert late[0] is None and late[-1] is Reason.NO_NEW_READING
+    assert Reason.NO_NEW_READING not in outcomes[begin + length:]
+
+
+def test_results_do_not_depend_on_where_time_and_joints_begin():
+    motion = motion_of(7)
+    messages = reader(500, 800)(motion, 7)
+
+    def run(shift, order, sign):
+        estimator = MotionEstimator(JOINTS, 0.02)
+        rows = [estimator.update(stamp + shift, sign * position[order])
+                for stamp, position in zip(messages.stamps, messages.positions)]
+        return np.array([row.acceleration for row in rows if row is not None])
+
+    order = np.array([2, 0, 3, 1])
+    plain = run(0.0, np.arange(JOINTS), 1.0)
+    np.testing.assert_allclose(run(0.0, np.arange(JOINTS), -1.0), -plain, rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(run(0.0, order, 1.0), plain[:, order], rtol=1e-4, atol=1e-4)
+    np.testing.assert_allclose(run(64.0, np.arange(JOINTS), 1.0), plain, rtol=1e-3, atol=1e-3)
