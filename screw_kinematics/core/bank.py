@@ -36,7 +36,7 @@ WINDOW = cython.declare(cython.double, 0.1)
 EVIDENCE = cython.declare(cython.double, 0.65)
 HOLD = cython.declare(cython.double, 6.0)
 SPARSE = cython.declare(cython.double, 0.01)    # period at which a handicap counts once [s],
-DENSEST = cython.declare(cython.double, 4.0)    # and by how much it may be shorter
+DENSEST = cython.declare(cython.double, 8.0)    # and by how much it may be shorter
 LEAST = cython.declare(cython.double, 1e-26)
 NEGLIGIBLE = cython.declare(cython.double, 1e-4)     # weights below are passed over
 

@@ -111,7 +111,7 @@ class IntervalSmoother:
         self.span, self.keep = row([0.0] * n), row([0.0] * n)
         period: cython.double = (times[n - 1] - times[0]) / (n - 1)
         # The more samples in a window, the more alike are the errors of neighbours.
-        wide: cython.double = self.wide * sqrt(SPARSE / period if 4.0 * period > SPARSE else 4.0)
+        wide: cython.double = self.wide * sqrt(SPARSE / period if 8.0 * period > SPARSE else 8.0)
         p: cython.double[:, ::1] = self.work
         diagonal = (0, 4, 7, 9)
         for k in range(m):

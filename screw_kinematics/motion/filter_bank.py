@@ -19,7 +19,7 @@ WIDE = 0.5
 """Handicap of wide filters: what the innovation's log variance counts more in their score."""
 
 SMOOTHING_FILTERS = tuple((order, f) for order, f in FILTERS if order == 4)
-SMOOTHING_WIDE = 1.0
+SMOOTHING_WIDE = 0.7
 """The same for filters that are smoothed: what predicts best is too wide to smooth with."""
 
 UPPER = [(i, j) for i in range(4) for j in range(i, 4)]

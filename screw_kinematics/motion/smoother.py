@@ -22,7 +22,7 @@ from ..errors import InvalidValueError, Reason, ShapeError
 BANDWIDTHS = tuple(0.1 * 1.8**k for k in range(14))
 """Bandwidths of the filters, Hz."""
 
-WIDE = 1.0
+WIDE = 0.7
 """Handicap of wide filters: what predicts best is too wide to smooth with."""
 
 OVERLAP = 2.0
