@@ -115,6 +115,8 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or '').strip().splitlines()[0])
     parser.add_argument('target', choices=TARGETS)
     parser.add_argument('--seconds', type=int, default=60)
+    parser.add_argument('--memory', type=int, default=512, metavar='MB',
+                        help='limit (default: 512); sanitizers need some 2000 for themselves')
     arguments = parser.parse_args()
     read, seeds = TARGETS[arguments.target]
 
@@ -128,7 +130,8 @@ def main() -> None:
         if time.process_time() - start > 1:
             raise RuntimeError('took more than a second')
 
-    words = {word for seed in seeds for word in re.findall('[a-z_]+', seed.decode('latin-1'))}
+    # A dictionary must not be empty.
+    words = {'_'}.union(*(re.findall('[a-z_]+', seed.decode('latin-1')) for seed in seeds))
     with tempfile.TemporaryDirectory() as folder:
         corpus, dictionary = Path(folder, 'corpus'), Path(folder, 'words')
         corpus.mkdir()
@@ -136,7 +139,7 @@ def main() -> None:
             (corpus / str(number)).write_bytes(seed)
         dictionary.write_text(''.join(f'"{word}"\n' for word in sorted(words)))
         atheris.Setup([sys.argv[0], str(corpus), f'-dict={dictionary}', '-timeout=60',
-                       f'-max_total_time={arguments.seconds}', '-rss_limit_mb=512',
+                       f'-max_total_time={arguments.seconds}', f'-rss_limit_mb={arguments.memory}',
                        '-print_final_stats=1'], guarded)
         atheris.Fuzz()
 

@@ -31,6 +31,6 @@ LD_PRELOAD="$(gcc -print-file-name=libasan.so) $(gcc -print-file-name=libubsan.s
 library=$("$python" -c 'import atheris; print(atheris.path())')/asan_with_fuzzer.so
 for target in "${targets[@]}"; do
     echo "== fuzzer $target, $seconds s"
-    LD_PRELOAD=$library "$python" -m benchmark.fuzz "$target" --seconds "$seconds"
+    LD_PRELOAD=$library "$python" -m benchmark.fuzz "$target" --seconds "$seconds" --memory 3000
 done
 echo '== nothing found'
