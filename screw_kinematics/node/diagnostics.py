@@ -81,7 +81,9 @@ class Diagnostics:
         array.header.stamp = now.to_msg()
         array.status = [
             self._of_node(state, inputs, [robot.name for robot in robots], faults, failure),
-            *(self._of_robot(now, state, robot) for robot in robots)]
+            *(self._of_robot(now, state, robot, max(
+                [each.publishers for each in inputs.values() if robot in each.robots], default=0))
+              for robot in robots)]
         return array
 
     def log_news(self, inputs: Mapping[str, JointInput], robots: Iterable[Robot]) -> None:
@@ -135,11 +137,12 @@ class Diagnostics:
             level, message = ERROR, str(failure)
         return self._status('node', level, message, values)
 
-    def _of_robot(self, now: Time, state: str, robot: Robot) -> DiagnosticStatus:
+    def _of_robot(self, now: Time, state: str, robot: Robot,
+                  publishers: int) -> DiagnosticStatus:
         counts = _Counts(robot)
         since = self._reported.get(robot.name, counts)
         self._reported[robot.name] = counts
-        level, message = _judgement(robot, state, counts, since, _age(now, robot))
+        level, message = _judgement(robot, state, counts, since, _age(now, robot), publishers)
         # As its topics are named, so that robots of different namespaces differ.
         hardware = f'{self._node.get_namespace()}/{robot.name}'.lstrip('/')
         return self._status(robot.name, level, message, _values(now, robot, counts, since),
@@ -190,7 +193,7 @@ def _values(now: Time, robot: Robot, counts: _Counts, since: _Counts) -> dict[st
 
 
 def _judgement(robot: Robot, state: str, counts: _Counts, since: _Counts,
-               age: float | None) -> tuple[bytes, str]:
+               age: float | None, publishers: int) -> tuple[bytes, str]:
     """Return level and message of a robot: what is worst."""
     pipeline = robot.pipeline
     new, outputs = counts.received - since.received, counts.outputs - since.outputs
@@ -201,6 +204,9 @@ def _judgement(robot: Robot, state: str, counts: _Counts, since: _Counts,
         return WARN, f'waiting for a description on {robot.settings.description_topic!r}'
     if state != 'active':
         return OK, f'{state}: not listening'
+    faults = pipeline.faults(publishers)
+    if new and faults:
+        return WARN, '; '.join(faults)
     if 0 < new <= new_faults:
         return ERROR, f'every message is refused: {_most_frequent(robot)}'
     missing = pipeline.missing()

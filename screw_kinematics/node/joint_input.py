@@ -63,7 +63,7 @@ class JointInput:
         self.unstamped = 0
         self.refused: Counter[Reason] = Counter()
         self.last_error = ''
-        self._robots = tuple(robots)
+        self.robots = tuple(robots)
         self._clock = node.get_clock()
         self._decoder = JointStateDecoder(read_by_middleware)
         self._subscription: Any = None
@@ -111,7 +111,7 @@ class JointInput:
                 self._refuse(Reason.NO_TIME, 'no stamp, and nothing on /clock yet')
                 return
             sample = sample._replace(stamp_ns=now)
-        for robot in self._robots:
+        for robot in self.robots:
             robot.take(sample)
 
     def _refuse(self, reason: Reason, error: str) -> None:

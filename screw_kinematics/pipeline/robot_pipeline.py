@@ -15,6 +15,7 @@ from .group_motion import GroupMotion, make_motion
 from .joint_groups import JointGroup, JointGroups, listed
 from .kinematics import Kinematics, State
 from .settings import MotionSettings
+from .stream_watch import StreamWatch
 from .synchronizer import Synchronizer
 from ..errors import Reason, ScrewKinematicsError
 from ..messages.joint_state import JointSample
@@ -73,6 +74,7 @@ class RobotPipeline:
         self._groups = JointGroups(joint_names)
         # By columns: joints that fall silent and come again go on.
         self._motions: dict[tuple[int, ...], GroupMotion] = {}
+        self._watches = _Watches(self._groups.joint_names)
         self._synchronizer = Synchronizer(len(joint_names), round(max_apart * 1e9))
         self._kinematics: Kinematics | None = None
 
@@ -110,6 +112,7 @@ class RobotPipeline:
         reading = self._groups.read(sample)
         if isinstance(reading, Reason):
             return close(reading)
+        self._watches[reading.group.columns].update(reading)
         kinematics = self._kinematics
         if kinematics is None:
             return close(Reason.NOTHING_WANTED)
@@ -177,6 +180,10 @@ class RobotPipeline:
                 doubts += [whose + doubt for doubt in motion.estimator.doubts(names)]
         return doubts
 
+    def faults(self, publishers: int) -> list[str]:
+        """Return what is wrong with the streams, of topics with so many publishers."""
+        return [fault for watch in self._watches.values() for fault in watch.findings(publishers)]
+
     def estimators(self) -> list[JointEstimator]:
         """Return the estimators at work."""
         return [m.estimator for m in self._motions.values() if m.estimator is not None]
@@ -195,3 +202,14 @@ class RobotPipeline:
         return make_motion(self.settings, [self.continuous[c] for c in columns],
                            [self.max_velocity[c] for c in columns],
                            kinematics.order, kinematics.covariance, before)
+
+
+class _Watches(dict[tuple[int, ...], StreamWatch]):
+    """What watches each group of joints, from its first reading on."""
+
+    def __init__(self, joint_names: Sequence[str]) -> None:
+        self._joint_names = joint_names
+
+    def __missing__(self, columns: tuple[int, ...]) -> StreamWatch:
+        watch = self[columns] = StreamWatch([self._joint_names[column] for column in columns])
+        return watch

@@ -3,19 +3,21 @@
 """Input as it really comes: every message is used, or refused with a reason, and counted."""
 import math
 
-from geometry_msgs.msg import TwistStamped
+from geometry_msgs.msg import AccelStamped, TwistStamped
 import numpy as np
 import pytest
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.serialization import serialize_message
 from screw_kinematics import core, models
 from sensor_msgs.msg import JointState
-from support.rig import joint_state, PUMA, RELIABLE_INPUT, running, six, smooth_motion, stamp_ns
+from support.rig import (
+    joint_state, KEEP, PUMA, RELIABLE_INPUT, running, six, smooth_motion, stamp_ns)
 from visualization_msgs.msg import Marker, MarkerArray
 
 MS = 1_000_000
 JOINTS = tuple(f'q{i}' for i in range(1, 7))
-TOPICS = ('good', 'bad', 'level', 'lonely', 'arm_states', 'wrist_states', 'unstamped')
+TOPICS = ('good', 'bad', 'level', 'lonely', 'arm_states', 'wrist_states', 'unstamped', 'slow',
+          'doubled')
 
 
 @pytest.fixture(scope='module')
@@ -27,13 +29,15 @@ def rig(module_context, tmp_path_factory):
 
     parameters = {
         'robots': ['good', 'bad', 'level', 'lonely', 'spread', 'reliable', 'best_effort',
-                   'unstamped', 'gone', 'flooded'],
+                   'unstamped', 'gone', 'flooded', 'doubled', 'slow', 'slow_measured'],
         'diagnostics_rate': 20.0,
         'good': robot('good'), 'bad': robot('bad'), 'level': robot('level'),
         'lonely': robot('lonely'),
         'spread': robot(['arm_states', 'wrist_states']),
         'reliable': robot('reliable'), 'best_effort': robot('best_effort'),
         'unstamped': robot('unstamped'), 'flooded': robot('flooded'),
+        'doubled': robot('doubled'), 'slow': robot('slow', velocity_source='auto'),
+        'slow_measured': robot('slow', outputs=['twist', 'accel']),
         'gone': robot('gone', stale_timeout=0.3, outputs=['twist', 'markers']),
         'qos_overrides': {f'/{t}': {'subscription': RELIABLE_INPUT}
                           for t in TOPICS}}
@@ -42,6 +46,7 @@ def rig(module_context, tmp_path_factory):
         for name in listened:
             rig.listen(f'{name}/twist', TwistStamped)
         rig.listen('gone/markers', MarkerArray)
+        rig.listen('slow_measured/accel', AccelStamped)
         for name in listened:
             rig.wait_until_serving(name, parameters[name]['outputs'])
         yield rig
@@ -254,3 +259,44 @@ def test_effort_and_description_of_the_others_are_no_matter(rig):
 
     serve(rig, 'good', send)
     assert rig.received['good/twist'][-1].header.frame_id == 'base'
+
+
+def test_a_second_publisher_that_sends_zeros_is_named(rig):
+    """As a joint_state_publisher that was forgotten beside the robot's own."""
+    publisher = rig.publisher('doubled')
+    second = rig.node.create_publisher(JointState, 'doubled', KEEP)
+    rig.wait(lambda: rig.status('node')[2]['/doubled publishers'] == '2')
+    k = 0
+
+    def told():
+        nonlocal k
+        for _ in range(20):
+            k += 1
+            stamp = 10**12 + k * 4 * MS
+            publisher.publish(joint_state(JOINTS, stamp, *smooth_motion(6, k * 4e-3)))
+            if k % 5 == 0:
+                second.publish(joint_state(JOINTS, stamp + MS, [0.0] * 6))
+        rig.spin(0.01)
+        level, message, _ = rig.status('doubled')
+        return level == b'\1' and '2 publishers disagree on joints ' in message
+    rig.wait(told)
+    rig.node.destroy_publisher(second)
+
+
+def test_joint_states_that_come_too_slowly_to_estimate_are_told(rig):
+    """Each half second: measured twists all the same, and why there is no acceleration."""
+    publisher = rig.publisher('slow')
+    twists, measured = rig.received['slow/twist'], rig.received['slow_measured/twist']
+    for k in range(1, 8):
+        publisher.publish(joint_state(JOINTS, k * 500 * MS, *smooth_motion(6, k * 0.5)))
+        rig.spin(0.2)
+    rig.wait(lambda: len(measured) == 7)
+    assert not twists and not rig.received['slow_measured/accel']
+
+    def told():
+        nonlocal k
+        k += 1
+        publisher.publish(joint_state(JOINTS, k * 500 * MS, *smooth_motion(6, k * 0.5)))
+        level, message, _ = rig.status('slow')
+        return level == b'\1' and 'pauses of up to 0.5 s' in message and 'max_gap' in message
+    rig.wait(told)

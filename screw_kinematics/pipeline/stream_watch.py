@@ -1,0 +1,96 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Faults of a stream of joint states that no single message shows, looked for now and then."""
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from .joint_groups import listed, Reading
+
+EVERY = 17
+"""Three readings in a row are looked at, of so many; a prime, so that no rhythm is missed."""
+
+JUMP = 0.02
+"""Positions that differ by less may be of one motion [rad, m]."""
+
+HITS = 3
+"""So many triples that jump there and back are two sources, not a glitch."""
+
+ENOUGH = 20
+"""So many readings tell what a velocity field holds."""
+
+FORGET = 0.99
+"""Per look, so that what has stopped is no longer told."""
+
+
+class StreamWatch:
+    """
+    Watches the readings of one group of joints.
+
+    Parameters
+    ----------
+    names : sequence of str
+        Of the joints, in the order of the readings.
+
+    """
+
+    def __init__(self, names: Sequence[str]) -> None:
+        self._names = names
+        self._count = 0
+        self._last: list[Sequence[float]] = []
+        self._there_and_back = [0.0] * len(names)
+        self._first: tuple[Sequence[float], Sequence[float]] | None = None
+        self._velocities = self._as_position = self._constant = 0
+
+    def update(self, reading: Reading) -> None:
+        """Take a reading."""
+        self._count += 1
+        if self._count > EVERY - 3:
+            self._last.append(reading.position)
+            if self._count == EVERY:
+                self._look(reading)
+                self._count = 0
+                self._last.clear()
+
+    def findings(self, publishers: int) -> list[str]:
+        """
+        Return what is wrong, in sentences.
+
+        Parameters
+        ----------
+        publishers : int
+            How many the topic has.
+
+        """
+        findings = []
+        jumping = [name for name, hits in zip(self._names, self._there_and_back) if hits > HITS]
+        if jumping and publishers > 1:
+            findings.append(f'{publishers} publishers disagree on joints {listed(jumping)}: '
+                            'one of them is to be stopped')
+        elif jumping:
+            findings.append(f'positions of joints {listed(jumping)} jump there and back')
+        if self._velocities >= ENOUGH:
+            if self._as_position > 0.95 * self._velocities:
+                findings.append('the velocity field holds the positions')
+            elif self._constant > 0.95 * self._velocities:
+                findings.append('the velocity field never changes while the joints move: '
+                                'a commanded maximum?')
+        return findings
+
+    def _look(self, reading: Reading) -> None:
+        hits = self._there_and_back
+        for k, (a, b, c) in enumerate(zip(*self._last)):
+            hits[k] *= FORGET
+            if abs(b - c) > JUMP and abs(a - c) < 0.2 * abs(b - c):
+                hits[k] += 1.0
+        position, velocity = reading.position, reading.velocity
+        if velocity is None or not any(velocity):
+            return
+        if self._first is None:
+            self._first = position, velocity
+            return
+        first, constant = self._first
+        if max(abs(x - y) for x, y in zip(position, first)) > JUMP:     # the joints have moved
+            self._velocities += 1
+            self._as_position += list(velocity) == list(position)
+            self._constant += list(velocity) == list(constant)

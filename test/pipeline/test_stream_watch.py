@@ -1,0 +1,69 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Faults of streams are found, and sound streams have none, however they move."""
+import numpy as np
+import pytest
+from screw_kinematics.pipeline.joint_groups import JointGroup, Reading
+from screw_kinematics.pipeline.stream_watch import StreamWatch
+
+NAMES = ['q1', 'q2']
+
+
+def motion(t):
+    """Return positions and velocities."""
+    w = np.array([2.0, 9.0])
+    return 0.5 + 0.4 * np.sin(w * t), 0.4 * w * np.cos(w * t)
+
+
+def watch(readings):
+    """Return a watch that has seen these positions and velocities."""
+    group, result = JointGroup((0, 1), True), StreamWatch(NAMES)
+    for k, (position, velocity) in enumerate(readings):
+        result.update(Reading(group, k, list(position), None if velocity is None
+                              else list(velocity)))
+    return result
+
+
+def sound(n=2000, rate=500.0):
+    return [motion(k / rate) for k in range(n)]
+
+
+@pytest.mark.parametrize('rate', [20.0, 100.0, 1000.0])
+def test_a_sound_stream_has_no_faults(rate):
+    assert watch(sound(rate=rate)).findings(2) == []
+
+
+def test_joints_at_rest_and_velocities_of_zero_are_no_fault():
+    assert watch([([0.0, 1.0], [0.0, 0.0])] * 2000).findings(1) == []
+    assert watch([(q, [0.0, 0.0]) for q, _ in sound()]).findings(1) == []
+
+
+@pytest.mark.parametrize('every', [1, 3, 10, 20])
+def test_a_second_publisher_of_zeros_is_named(every):
+    stream = []
+    for k, reading in enumerate(sound(6000)):
+        stream.append(reading)
+        if k % every == 0:
+            stream.append(([0.0, 0.0], None))
+    assert watch(stream).findings(2) == [
+        '2 publishers disagree on joints q1, q2: one of them is to be stopped']
+    assert 'jump there and back' in watch(stream).findings(1)[0]
+    assert watch(stream + sound(9000)).findings(2) == []    # once it has stopped
+
+
+def test_a_second_publisher_of_old_values_is_named_with_the_joints_it_is_wrong_on():
+    stream = [reading for q, v in sound(4000) for reading in ((q, v), ([q[0], 3.0], None))]
+    assert watch(stream).findings(3) == [
+        '3 publishers disagree on joints q2: one of them is to be stopped']
+
+
+def test_one_glitch_is_no_second_publisher():
+    stream = sound()
+    stream[15] = ([5.0, 5.0], None)
+    assert watch(stream).findings(2) == []
+
+
+def test_velocity_fields_that_hold_something_else_are_named():
+    assert watch([(q, q) for q, _ in sound()]).findings(1) == [
+        'the velocity field holds the positions']
+    assert 'commanded maximum' in watch([(q, [2.0, 2.0]) for q, _ in sound()]).findings(1)[0]
