@@ -47,6 +47,9 @@ HELD_MOST = 0.1
 STEPS_SEEN = 2.5
 """Steps of the encoder that a joint must move in a tick for a repetition to be no reading."""
 
+WORTH_TELLING = 1e-6
+"""Stamps that jitter by less are rounded, as floats of seconds since 1970 are, s."""
+
 
 class Placed(NamedTuple):
     """Where a message is in the device's time."""
@@ -471,6 +474,8 @@ class DeviceClock:
         period = ticks.period
         held, lost = self.held / (self.fresh + self.held), self.lost / (self.fresh + self.lost)
         if max(held, lost) < 0.01:
+            if ticks.deviation < WORTH_TELLING:
+                return []
             return [f'stamps jitter by {1e3 * ticks.deviation:.2g} ms: replaced by a regular '
                     f'clock of {1.0 / period:.1f} Hz']
         found = (f'read by another clock: device at {1.0 / period:.1f} Hz, readings '

@@ -232,3 +232,14 @@ def test_a_step_that_the_description_does_not_allow_is_refused():
         take(pipeline, START + 500 * MS, ('q1',), [0.15])
         assert pipeline.account.refused[Reason.IMPLAUSIBLE_JUMP] == refused
     assert plausible_velocities(MotionSettings(options={'max_velocity': 0.3}), chain) == (0.3,)
+
+
+@pytest.mark.parametrize('rate', [100, 1000])
+def test_stamps_rounded_as_floats_of_seconds_are_raise_no_doubt(rate):
+    """Of 1.7e9 s a float resolves 238 ns; the velocities are exact."""
+    pipeline = make(MotionSettings(), ('twist', 'accel'))
+    for k in range(4 * rate):
+        q, qd, _ = joints(k / rate)
+        take(pipeline, (START + k * 10**9 // rate) // 238 * 238, NAMES, q, qd)
+    assert pipeline.doubts() == []
+    assert list(pipeline.estimators()[0].velocity_used) == [True] * 3
