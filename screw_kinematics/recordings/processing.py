@@ -21,7 +21,7 @@ from .summary import MotionSummary, Summarizer
 from .unfinished import Unfinished
 from .writers import BagWriter, DataSetWriter, StateWriter, TablesWriter, values_of
 from ..errors import Reason, ScrewKinematicsError
-from ..pipeline.outputs import KINDS
+from ..pipeline.outputs import KINDS, RECORDED
 from ..pipeline.settings import RobotSettings
 
 FORMS = ('mcap', 'sqlite3', 'csv', 'parquet', 'dataset')
@@ -68,7 +68,7 @@ class Task:
 
     def table_name(self, robot: str) -> str:
         """Return the name of a robot's table."""
-        several = f'_{robot}' if len(self.robots) > 1 else ''
+        several = f'_{robot.replace("/", "_")}' if len(self.robots) > 1 else ''
         return f'{self.name}{several}.{self.form}'
 
     def places(self) -> list[Path]:
@@ -272,7 +272,7 @@ def _process_robot(task: Task, recording: Recording | JointTable, robot: Recorde
 def _differences(task: Task, recording: Recording | JointTable, robot: RecordedRobot,
                  ) -> Iterator[Difference]:
     if task.compare and isinstance(recording, Recording):
-        for output in robot.outputs:
+        for output in RECORDED.keys() & set(robot.outputs):
             topic = full_name(task.namespace, f'{robot.settings.topic}/{output}')
             yield Difference(topic, output, recording.messages({KINDS[output].type_name}, {topic}))
 
@@ -289,9 +289,10 @@ class _Accuracy:
 
     def add(self, block: StateBlock) -> None:
         if len(block.motion) > 2:
-            known = np.isfinite(block.variance)
+            variance = block.variances[2].mean(axis=1)
+            known = np.isfinite(variance)
             self._count += int(known.sum())
-            self._variance += float(block.variance[known].sum())
+            self._variance += float(variance[known].sum())
             self._square += float((block.motion[2][known]**2).mean(axis=1).sum())
 
     def result(self) -> tuple[float, float]:

@@ -32,8 +32,8 @@ class MotionBlock(NamedTuple):
         Positions, velocities, ... [rad or m, per s to the power of the derivative].
     refused : Counter
         Samples that were not used, by reason.
-    variance : array, shape (N,)
-        Mean over the joints of the accelerations' variance; NaN where they are not estimated.
+    variances : array, shape (4, N, n)
+        Of positions, velocities, accelerations and jerks; NaN where they are not estimated.
     period : float
         Median time between two samples of the joints that come most seldom [s].
     findings : tuple of str
@@ -45,7 +45,7 @@ class MotionBlock(NamedTuple):
     received: Array
     motion: Array
     refused: Counter[Reason]
-    variance: Array
+    variances: Array
     period: float
     findings: tuple[str, ...] = ()
 
@@ -82,25 +82,29 @@ class Smoother:
         n = len(self.continuous)
         none = np.zeros(0, dtype=np.int64)
         period = max(_median_step(samples.stamps) for samples in block)
-        nothing = MotionBlock(none, none, np.zeros((self.order + 1, 0, n)), refused, np.zeros(0),
-                              period)
+        nothing = MotionBlock(none, none, np.zeros((self.order + 1, 0, n)), refused,
+                              np.zeros((4, 0, n)), period)
         if sum(len(samples.columns) for samples in block) < n or not all(
                 part.own.any() for part in parts):
             return nothing
         clock = min(parts, key=lambda part: int(part.own.sum()))
         own = clock.own
         motion, together = np.empty((self.order + 1, int(own.sum()), n)), np.ones(own.sum(), bool)
+        variances = np.empty((4, int(own.sum()), n))
         instants = clock.stamps[own]
         for samples, part in zip(block, parts):
             if part is clock:
                 motion[:, :, samples.columns] = part.motion[:, own]
+                variances[:, :, samples.columns] = part.variances[:, own]
                 continue
             known, at = part.at(instants)
             together &= known
             motion[:, :, samples.columns] = at
+            near = np.clip(np.searchsorted(part.stamps, instants), 0, len(part.stamps) - 1)
+            variances[:, :, samples.columns] = part.variances[:, near]
         refused[Reason.TOO_FAR_APART] += int((~together).sum())
         return MotionBlock(instants[together], clock.received[own][together],
-                           motion[:, together], refused, clock.variance[own][together], period,
+                           motion[:, together], refused, variances[:, together], period,
                            tuple(dict.fromkeys(f for part in parts for f in part.findings)))
 
     def _motion(self, samples: GroupSamples, refused: Counter[Reason]) -> _GroupMotion:
@@ -148,7 +152,7 @@ class Smoother:
         return _GroupMotion(
             start + np.rint(smoothed.stamps * 1e9).astype(np.int64), samples.received[chosen],
             np.array(derivatives[:self.order + 1]), run, own[chosen],
-            smoothed.variance[:, 2].mean(axis=1), smoothed.findings).increasing(refused)
+            np.moveaxis(smoothed.variance, 1, 0), smoothed.findings).increasing(refused)
 
     def _as_measured(self, samples: GroupSamples, used: Array, own: Array,
                      refused: Counter[Reason]) -> _GroupMotion:
@@ -159,7 +163,7 @@ class Smoother:
         return _GroupMotion(
             stamps, samples.received[at],
             np.array([samples.positions[at], samples.velocities[at]][:self.order + 1]), run,
-            own[at], np.full(len(at), np.nan)).increasing(refused)
+            own[at], np.full((4, len(at), len(samples.columns)), np.nan)).increasing(refused)
 
 
 class _GroupMotion(NamedTuple):
@@ -170,14 +174,15 @@ class _GroupMotion(NamedTuple):
     motion: Array
     run: Array
     own: Array
-    variance: Array
+    variances: Array
     findings: tuple[str, ...] = ()
 
     @classmethod
     def nothing(cls, order: int, n_joints: int) -> _GroupMotion:
         """Return the motion at no instant."""
         none = np.zeros(0, dtype=np.int64)
-        return cls(none, none, np.zeros((order + 1, 0, n_joints)), none, none > 0, np.zeros(0))
+        return cls(none, none, np.zeros((order + 1, 0, n_joints)), none, none > 0,
+                   np.zeros((4, 0, n_joints)))
 
     def increasing(self, refused: Counter[Reason]) -> _GroupMotion:
         """Return the motion without instants that do not follow those before."""
@@ -186,7 +191,7 @@ class _GroupMotion(NamedTuple):
         refused[Reason.STAMP_NOT_INCREASING] += int((self.own & ~good).sum())
         return self if good.all() else _GroupMotion(
             self.stamps[good], self.received[good], self.motion[:, good], self.run[good],
-            self.own[good], self.variance[good], self.findings)
+            self.own[good], self.variances[:, good], self.findings)
 
     def at(self, instants: Array) -> tuple[Array, Array]:
         """Return at which instants the motion is known, and what it is there."""

@@ -15,10 +15,13 @@ from .smoothing import MotionBlock, Smoother
 from ..errors import Reason, ToolError
 from ..pipeline.account import Account
 from ..pipeline.joint_groups import JointGroups
-from ..pipeline.outputs import KINDS, RECORDED
+from ..pipeline.outputs import KINDS
 from ..pipeline.robot_model import build_model, continuous_joints, plausible_velocities
 from ..pipeline.settings import RobotSettings
 from ..screws.se3 import Array
+
+LEFT_OUT = ('markers', 'passive_joint_states')
+"""Outputs of the node that are not made from recordings."""
 
 Run = Callable[[Callable[[Block], MotionBlock], Iterable[Block]], Iterable[MotionBlock]]
 """What calls a function on blocks and gives the results in their order, as ``map`` does."""
@@ -36,8 +39,8 @@ class StateBlock(NamedTuple):
         Of the joints.
     values : array, shape (N, size)
         All outputs of the program, one after the other.
-    variance : array, shape (N,)
-        Mean over the joints of the accelerations' variance.
+    variances : array, shape (4, N, n)
+        Of positions, velocities, accelerations and jerks of the joints.
 
     """
 
@@ -45,7 +48,7 @@ class StateBlock(NamedTuple):
     received: Array
     motion: Array
     values: Array
-    variance: Array
+    variances: Array
 
 
 class RecordedRobot:
@@ -81,16 +84,16 @@ class RecordedRobot:
         self.settings = settings
         self.model = model
         self.topics = tuple(full_name(namespace, topic) for topic in settings.joint_states_topic)
-        self.outputs = tuple(name for name in settings.outputs if name in RECORDED)
+        self.outputs = tuple(name for name in settings.outputs if name not in LEFT_OUT)
         self.account = Account()
         self.period = float('nan')
         self.findings: list[str] = []
         self.groups = JointGroups(model.joint_names)
         needs = tuple(dict.fromkeys(
-            need for output in self.outputs for need in KINDS[output].needs))
+            need for output in self.outputs for need in KINDS[output].needs)) or ('pose',)
         self.program = model.compile(needs, axes=settings.expressed_in,
                                      pole=settings.reference_point)
-        self.order = max(order, self.program.order)
+        self.order = max(order, self.program.order, *(KINDS[name].order for name in self.outputs))
 
     def states(self, recording: Recording | JointTable, run: Run = map) -> Iterator[StateBlock]:
         """Yield the states in a recording, block by block."""
@@ -118,7 +121,7 @@ class RecordedRobot:
         self.account.refused[Reason.STATE_NOT_FINITE] += int((~finite).sum())
         self.account.outputs += int(finite.sum())
         return StateBlock(block.stamps[finite], block.received[finite], block.motion[:, finite],
-                          values[finite], block.variance[finite])
+                          values[finite], block.variances[:, finite])
 
 
 def recorded_robot(recording: Recording | JointTable, settings: RobotSettings, namespace: str,

@@ -66,10 +66,12 @@ class BagWriter:
         name = robot.settings.name
         if name not in self._topics:
             self._topics[name] = self._advertise(robot)
-        order = robot.program.order
-        for stamp, received, values in zip(
-                block.stamps.tolist(), block.received.tolist(), block.values.tolist()):
-            state = State(stamp, values, Motion(stamp, ()), order)
+        motion, variances = (np.moveaxis(array, 1, 0).reshape(len(block.stamps), -1).tolist()
+                             for array in (block.motion, block.variances))
+        for stamp, received, values, moving, unsure in zip(
+                block.stamps.tolist(), block.received.tolist(), block.values.tolist(), motion,
+                variances):
+            state = State(stamp, values, Motion(stamp, moving, unsure), robot.order)
             for connection, writer in self._topics[name]:
                 # Played back together with the recording, states come when the samples come.
                 self._writer.write(connection, received, writer.encode(state))
@@ -146,7 +148,7 @@ class DataSetWriter:
         for day in np.unique(days).tolist():
             name, date = robot.settings.name, str(np.datetime64(day, 'D'))
             if (name, date) not in self._tables:
-                folder = self._folder / f'robot={name}' / f'date={date}'
+                folder = self._folder / f'robot={name.replace("/", "_")}' / f'date={date}'
                 folder.mkdir(parents=True, exist_ok=True)
                 self._tables[name, date] = _table(
                     folder / f'{self._recording}.parquet', robot, recording=self._recording)

@@ -281,3 +281,27 @@ def test_the_database_of_a_crashed_recorder_has_a_journal(tmp_path, capsys):
     (crashed / 'metadata.yaml').unlink()
     assert bag.main([str(crashed), '--robot', PUMA, '--output', str(tmp_path / 'x.csv')]) == 1
     assert '500 joint samples were saved' in capsys.readouterr().err
+
+
+def test_the_motion_of_the_joints_and_an_imu_with_covariances(run, tmp_path):
+    outputs = ('joint_motion', 'joint_states', 'imu', 'accel_with_covariance')
+    assert bag.main([str(run), '--robot', PUMA, '--outputs', ','.join(outputs),
+                     '--output', str(tmp_path / 'out')]) == 0
+    found = rec.read_bag(tmp_path / 'out')
+    assert {topic: len(messages) for topic, messages in found.items()} == {
+        f'/robot/{output}': 1000 for output in outputs}
+    stamps = [rec.stamp_of(message) for _, message in found['/robot/imu']]
+    q, qd, qdd = rec.MOTION.derivatives((np.array(stamps) - rec.START) * 1e-9, 2)
+    points = [message.points[0] for _, message in found['/robot/joint_motion']]
+    for part, exact in (('positions', q), ('velocities', qd), ('accelerations', qdd)):
+        assert rec.relative_error([getattr(p, part) for p in points], exact) < 5e-3
+    assert rec.relative_error([m.velocity for _, m in found['/robot/joint_states']], qd) < 1e-3
+    state = rec.exact(stamps)
+    felt = np.einsum('nji,nj->ni', state.pose[:, :3, :3],
+                     state.classical(2)[:, 3:] + [0, 0, 9.80665])
+    imu = [m.linear_acceleration for _, m in found['/robot/imu']]
+    assert rec.relative_error([[a.x, a.y, a.z] for a in imu], felt) < 2e-3
+    for topic, values in (('imu', lambda m: m.linear_acceleration_covariance),
+                          ('accel_with_covariance', lambda m: m.accel.covariance)):
+        covariances = np.array([values(m) for _, m in found[f'/robot/{topic}']])
+        assert np.isfinite(covariances).all() and (covariances[:, 0] > 0).all()

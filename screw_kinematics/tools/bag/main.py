@@ -25,14 +25,14 @@ from .report import write_report
 from .. import console, robot_options, table_options
 from ..processes import end_with_parent
 from ...errors import ParameterError, ToolError
-from ...pipeline.outputs import RECORDED
+from ...pipeline.outputs import OUTPUTS
 from ...pipeline.parameter_file import read_robots, robot_settings
 from ...pipeline.settings import RobotSettings
 from ...recordings import records
 from ...recordings.fleet import cluster, in_order, process_all
 from ...recordings.processing import FORMS, Outcome, process, Task
 from ...recordings.sources import find_sources
-from ...recordings.states import Run
+from ...recordings.states import LEFT_OUT, Run
 from ...recordings.tables import ENDINGS
 
 EXAMPLES = """\
@@ -66,7 +66,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     options.add_argument('--topic', default='joint_states', help='of the joint states, with '
                                                                  '--robot')
     options.add_argument('--outputs', metavar='A,B', help='of '
-                         f'{", ".join(RECORDED)} (default: as the parameters say; twist,accel)')
+                         f'{", ".join(o for o in OUTPUTS if o not in LEFT_OUT)}; in tables '
+                         'six-vectors and poses (default: as the parameters say; twist,accel)')
     options.add_argument('--namespace', default='', help='of the node (default: none)')
     options.add_argument('--output', type=Path, metavar='PATH',
                          help='of one recording: a .csv or .parquet table for each robot, else a '
@@ -136,7 +137,9 @@ def _settings(arguments: argparse.Namespace) -> list[RobotSettings]:
     chosen = {} if arguments.outputs is None else {
         'outputs': [word for word in arguments.outputs.split(',') if word]}
     if arguments.params_file is not None:
-        return read_robots(arguments.params_file, chosen, arguments.namespace)
+        # Each tip of several is a robot here, called as in the parameters: arm.tool0.
+        return [part for robot in read_robots(arguments.params_file, chosen, arguments.namespace)
+                for part in robot.parts]
     return [robot_settings(arguments.name, {
         'description': arguments.robot, 'base_frame': arguments.base or '',
         'tip_frame': arguments.tip or '', 'joint_states_topic': arguments.topic, **chosen})]
