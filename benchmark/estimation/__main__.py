@@ -10,7 +10,7 @@ from pathlib import Path
 
 from benchmark.estimation.candidates import (
     BEST_CUTOFF, CUTOFFS, ONLINE, run_online, run_smoother, run_usual, SMOOTHER, USUAL)
-from benchmark.estimation.conditions import CONDITIONS, record
+from benchmark.estimation.conditions import CONDITIONS, record, STAMPING
 from benchmark.estimation.cost import table as cost_table, yardstick
 from benchmark.estimation.motions import KINDS
 from benchmark.estimation.score import score, summary
@@ -22,7 +22,7 @@ from rich.table import Table
 
 def evaluate(kind: str, name: str, seed: int, candidates: list[str]) -> dict[str, dict]:
     """Return the scores of the candidates on one recording."""
-    condition = CONDITIONS[name]
+    condition = (CONDITIONS | STAMPING)[name]
     recording = record(kind, condition, seed)
     scores = {USUAL: score(recording, run_usual(recording, condition))}
     for candidate in candidates:
@@ -56,8 +56,12 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     names = [USUAL, BEST_CUTOFF, *ONLINE, SMOOTHER]
     parser.add_argument('--seeds', type=int, nargs='+', default=[1])
-    parser.add_argument('--conditions', nargs='+', choices=list(CONDITIONS), metavar='NAME',
-                        default=list(CONDITIONS), help=f'of: {", ".join(CONDITIONS)}')
+    known = CONDITIONS | STAMPING
+    parser.add_argument('--conditions', nargs='+', choices=list(known), metavar='NAME',
+                        default=list(CONDITIONS), help=f'of: {", ".join(known)}')
+    parser.add_argument('--stamping', action='store_const', dest='conditions',
+                        const=list(STAMPING), help='ways of stamping that tell little of when '
+                        'a joint was read, in place of the usual conditions')
     parser.add_argument('--motions', nargs='+', choices=KINDS, metavar='NAME',
                         default=list(KINDS), help=f'of: {", ".join(KINDS)}')
     parser.add_argument('--estimators', nargs='+', choices=names, metavar='NAME',

@@ -31,6 +31,11 @@ class Condition:
     faults: 3 % of messages dropped, 1 % doubled, 1 % swapped
     jitter: of the sampling instants, as a share of the period; the stamp knows it
     burst: samples that arrive, and are stamped, together: 20 us apart, when the last is taken
+    latency: mean of an exponential one, s; messages are stamped on arrival, in order
+    reader: a loop of this rate, Hz, with a clock of its own, takes and stamps the latest reading
+    stall: of the network, s, every 0.8 s; what is held up arrives, and is stamped, at once
+
+    Of latencies only the part that varies is in the stamps: nobody can know a constant one.
 
     """
 
@@ -42,6 +47,9 @@ class Condition:
     faults: bool = False
     jitter: float = 0.1
     burst: int = field(default=1, repr=False)     # noise is seeded by the rest
+    latency: float = field(default=0.0, repr=False)
+    reader: float = field(default=0.0, repr=False)
+    stall: float = field(default=0.0, repr=False)
 
 
 CONDITIONS = {
@@ -61,6 +69,16 @@ CONDITIONS = {
     '250 Hz, stamped on arrival': Condition(250, 1e-6, 200e-6, faults=True, jitter=0.0),
     '500 Hz, bursts of five': Condition(500, 1e-5, 50e-6, jitter=0.0, burst=5),
 }
+
+
+STAMPING = {
+    '500 Hz, late arrival': Condition(500, stamp_error=0.0, jitter=0.0, latency=1e-3),
+    '1 kHz, another clock reads': Condition(1000, stamp_error=0.0, jitter=0.0, reader=1000),
+    '500 Hz, read at 93 Hz': Condition(500, stamp_error=0.0, jitter=0.0, reader=93),
+    '500 Hz, held at 1 kHz': Condition(500, stamp_error=0.0, jitter=0.0, reader=1000),
+    '500 Hz, stalls': Condition(500, stamp_error=0.0, jitter=0.0, latency=1e-4, stall=0.025),
+}
+"""Ways of stamping that tell little of when a joint was read."""
 
 
 @dataclass(frozen=True)
@@ -93,6 +111,12 @@ def record(kind: str, condition: Condition, seed: int) -> Recording:
         place = np.arange(count) % condition.burst
         last = np.minimum(np.arange(count) - place + condition.burst, count) - 1
         stamps = stamps[last] + 20e-6 * place
+    if condition.latency:
+        stamps = stamps + rng.exponential(condition.latency, count)
+        for begin in np.arange(0.9, SECONDS, 0.8) if condition.stall else ():
+            late = (stamps > begin) & (stamps < begin + condition.stall)
+            stamps[late] = begin + condition.stall
+        stamps = np.maximum.accumulate(stamps) - condition.latency
     for k in range(1, count):
         stamps[k] = max(stamps[k], stamps[k - 1] + 1e-6)
     truth = np.stack([joint(t) for joint in joints], axis=-1)
@@ -103,6 +127,13 @@ def record(kind: str, condition: Condition, seed: int) -> Recording:
     v = _velocity(condition, stamps, q, np.stack(
         [joint(t - condition.lag)[1] for joint in joints], axis=-1), rng)
     order = np.arange(count)
+    if condition.reader:
+        read = t[1] + np.arange(int((t[-1] - t[1] - 0.05) * condition.reader)) / (
+            condition.reader * (1 + 3e-4))
+        order = np.searchsorted(t, read, side='right') - 1
+        fresh = np.append(True, np.diff(order) > 0)
+        ordered = t[order[fresh]], q[order[fresh]], None
+        return Recording(read - (read - t[order])[fresh].mean(), q[order], None, ordered, joints)
     if condition.faults:
         order = order[(rng.random(count) > 0.03) | (order < 5)]
     ordered = (taken[order], q[order], None if v is None else v[order])

@@ -94,6 +94,8 @@ class Admission:
         self.position = array('d', [math.nan] * n_joints)
         self.stamp = math.nan
         """Of the latest good sample of the run; NaN before the first."""
+        self.period = 0.0
+        """Time that passes between readings at least, s, whatever late stamps say; 0: unknown."""
         self._slowest = min(self.max_velocity)
         self._shortest = 0.0
         self._backward = 0
@@ -121,18 +123,21 @@ class Admission:
 
         """
         dt = stamp - self.stamp
-        if self._shortest < dt <= self.max_gap and len(position) == self.n_joints:
+        # Where the clock of the device is known, messages may come on each other's heels.
+        shortest = 0.0 if self.period else self._shortest
+        if shortest < dt <= self.max_gap and len(position) == self.n_joints:
             if self.wraps is not None:
                 position = self._unwrapped(position)
             # The norm bounds each component, and is NaN if any is: it settles most cases.
-            if (math.dist(position, self.position) <= self._slowest * dt + self.max_jump
-                    or self._plausible(position, dt)):
+            passed = dt if dt > self.period else self.period
+            if (math.dist(position, self.position) <= self._slowest * passed + self.max_jump
+                    or self._plausible(position, passed)):
                 self.position = position
                 self.stamp = stamp
                 self._shortest += 1e-3 * (1e-3 * dt - self._shortest)
                 self._backward = self._implausible = 0
                 return dt
-        return self._judge(stamp, position, dt)
+        return self._judge(stamp, position, dt, shortest)
 
     def refuse(self, reason: Reason) -> Reason:
         """Count a refusal."""
@@ -149,7 +154,8 @@ class Admission:
         return all(abs(q - last) <= limit * dt + self.max_jump for q, last, limit in zip(
             position, self.position, self.max_velocity))
 
-    def _judge(self, stamp: float, position: array[float], dt: float) -> float | Reason:
+    def _judge(self, stamp: float, position: array[float], dt: float,
+               shortest: float) -> float | Reason:
         """Handle whatever is out of the ordinary."""
         if not math.isfinite(stamp):
             return self.refuse(Reason.STAMP_NOT_FINITE)
@@ -161,7 +167,7 @@ class Admission:
             return self.refuse(Reason.IMPLAUSIBLE_POSITION)
         if math.isnan(self.stamp):
             return self._start(stamp, position)
-        if dt <= self._shortest:
+        if dt <= shortest:
             self._backward += 1
             if dt < -self.max_back:
                 return self._restart('stamp_jump_back', stamp, position)

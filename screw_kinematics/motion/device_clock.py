@@ -38,6 +38,9 @@ FAR = 12
 REGULAR = 0.05
 """Deviation of stamps from their ticks, in periods, up to which they are right about a pause."""
 
+FEW = 100
+"""Readings from which on the clock is told of."""
+
 NOTHING = 2e-3
 """Deviation of stamps from their ticks, in periods, up to which it does not matter."""
 
@@ -105,7 +108,7 @@ class DeviceClock:
         """Whether the joints have shown it."""
         self.hold = 0.0
         """For how long readings are held, s."""
-        self.held = self.fresh = self.lost = 0
+        self.held, self.fresh, self.lost = 0, 1, 0
         """Messages that repeated a reading, that brought one, ticks that none was of."""
         self._stamps = [stamp]
         self._last = self._time = stamp
@@ -469,8 +472,10 @@ class DeviceClock:
     def doubts(self) -> Sequence[str]:
         """Return what the clock has found, if the stamps are not when joints were read."""
         ticks = self.ticks
-        if ticks is None or self.fresh < 100 or self.share > 0.5 or not self.proven:
-            return []
+        if ticks is None or self.fresh < FEW or self.share > 0.5 or not self.proven:
+            return [] if not self.held else [
+                f'{self.held} of {self.held + self.fresh} messages repeat a reading while the '
+                'joints move']
         period = ticks.period
         held, lost = self.held / (self.fresh + self.held), self.lost / (self.fresh + self.lost)
         if max(held, lost) < 0.01:

@@ -181,6 +181,7 @@ class MotionEstimator(JointEstimator):
 
         """
         admission, clock, bank = self._admission, self._clock, self._bank
+        admission.period = clock.period
         dt = admission.admit(self._unset(stamp, position), position)
         if isinstance(dt, Reason):
             return dt

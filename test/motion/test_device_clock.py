@@ -164,6 +164,18 @@ def test_a_driver_that_stands_still_makes_no_stop(rate):
     assert Reason.NO_NEW_READING not in outcomes[begin + length:]
 
 
+def test_one_repeated_position_is_left_out_and_told():
+    stamps = np.arange(1000) / 250
+    positions = np.round(np.sin(np.pi * stamps), 5)
+    positions[700] = positions[699]
+    estimator = MotionEstimator(1)
+    for stamp, position in zip(stamps, positions):
+        found = estimator.update(stamp, [position])
+        if found is not None and stamp > 1.0:
+            assert abs(found.acceleration[0] + np.pi**2 * np.sin(np.pi * stamp)) < 0.5
+    assert estimator.doubts() == ['1 of 1000 messages repeat a reading while the joints move']
+
+
 def test_results_do_not_depend_on_where_time_and_joints_begin():
     motion = motion_of(7)
     messages = reader(500, 800)(motion, 7)
