@@ -8,6 +8,7 @@ import sys
 
 import pytest
 import screw_kinematics
+from screw_kinematics import core
 from screw_kinematics.node.main import main as node, without_ros_arguments
 from screw_kinematics.tools.console import command_of
 from screw_kinematics.tools.main import main, tool_names
@@ -23,16 +24,15 @@ def run(*words, **environment):
 @pytest.mark.parametrize('tool', [[], *([name] for name in tool_names())])
 def test_each_says_its_version(tool):
     words = [*tool, '--version']
-    assert run(*words).stdout == \
-        f'{command_of(*tool, Path("x")) if tool else "screw-kinematics"} ' \
-        f'{screw_kinematics.__version__}\n'
+    command = command_of(*tool, Path('x')) if tool else 'screw-kinematics'
+    assert run(*words).stdout == f'{command} {screw_kinematics.__version__}; {core.build()}\n'
 
 
 def test_the_node_says_its_version(capsys):
     with pytest.raises(SystemExit) as ended:
         node(['kinematic_state_publisher', '--version'])
     assert ended.value.code == 0
-    assert capsys.readouterr().out.split()[1] == screw_kinematics.__version__
+    assert capsys.readouterr().out.split()[1] == f'{screw_kinematics.__version__};'
 
 
 @pytest.mark.parametrize('words, problem, example', [
