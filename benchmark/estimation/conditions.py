@@ -132,8 +132,8 @@ def record(kind: str, condition: Condition, seed: int) -> Recording:
             condition.reader * (1 + 3e-4))
         order = np.searchsorted(t, read, side='right') - 1
         fresh = np.append(True, np.diff(order) > 0)
-        ordered = t[order[fresh]], q[order[fresh]], None
-        return Recording(read - (read - t[order])[fresh].mean(), q[order], None, ordered, joints)
+        return Recording(read - (read - t[order])[fresh].mean(), q[order], None,
+                         (t[order[fresh]], q[order[fresh]], None), joints)
     if condition.faults:
         order = order[(rng.random(count) > 0.03) | (order < 5)]
     ordered = (taken[order], q[order], None if v is None else v[order])
