@@ -65,7 +65,8 @@ def _motion(recording: Recording | JointTable, robot: RecordedRobot) -> ShownMot
     time = (stamps - stamps[0]) * 1e-9
     kept = _thinned(time)
     q, qd, qdd = np.concatenate([block.motion[:3] for block in blocks], axis=1)[:, kept]
-    variance = np.concatenate([block.variance for block in blocks])[kept]
+    variance = np.concatenate(
+        [block.variances[2].mean(axis=1) for block in blocks])[kept]
     state = robot.model.state(q, qd, qdd)
     lines = robot.model.skeleton(q)
     covariance = tip_covariance(robot.model, q, variance)
