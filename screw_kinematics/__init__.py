@@ -6,8 +6,6 @@ Twist, acceleration, jerk and jounce of manipulators by screw theory.
 The library needs NumPy only; nothing here imports ROS.
 """
 from importlib import import_module
-from pathlib import Path
-import re
 from typing import Any, TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -40,6 +38,8 @@ def __getattr__(name: str) -> Any:
         value = globals()[name] = import_module(f'{__name__}.{_MODULES.get(name, name)}')
         return value
     if name == '__version__':
+        from pathlib import Path
+        import re
         manifest = Path(__file__).resolve().parents[1] / 'package.xml'
         if manifest.is_file():      # a checkout, whatever may be installed beside
             return re.findall('<version>(.*)</version>', manifest.read_text('utf-8'))[0]

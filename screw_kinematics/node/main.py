@@ -8,14 +8,11 @@ it cannot start.
 """
 from __future__ import annotations
 
-import argparse
 from collections.abc import Iterable, Sequence
-import re
 import sys
-import textwrap
 
+# Nothing that takes long is imported before the signals are taken.
 from .stop_request import StopRequest
-from .. import __version__, core
 from ..errors import InvalidValueError, MissingExtraError, ScrewKinematicsError
 
 NAME = 'kinematic_state_publisher'
@@ -109,6 +106,7 @@ def initialise(args: list[str]) -> None:
     try:
         rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
     except RuntimeError as error:
+        import re
         # Without the places in the middleware's own source code.
         problem = re.sub(r',? at \S+:\d+', '', ' '.join(str(error).split()))
         raise InvalidValueError(f'ROS arguments: {problem}') from None
@@ -129,6 +127,9 @@ def without_ros_arguments(args: Sequence[str]) -> list[str]:
 
 def check_arguments(args: Sequence[str]) -> None:
     """Exit with the help text, or with an error: all else is said by parameters."""
+    import argparse
+    import textwrap
+    from .. import __version__, core
     from ..pipeline.settings import NODE, ROBOT, Setting
 
     def described(settings: Iterable[Setting], prefix: str = '') -> str:
