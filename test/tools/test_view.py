@@ -205,9 +205,10 @@ def test_live_states_are_kept_for_a_while():
 
 def test_the_tip_s_covariance_is_that_of_many_tries():
     q, rng = np.full(6, 0.3), np.random.default_rng(0)
-    qdd = rng.normal(scale=0.2, size=(40_000, 6))
+    sigma = np.array([0.1, 0.2, 0.3, 0.05, 0.2, 0.4])
+    qdd = sigma * rng.normal(size=(40_000, 6))
     tries = ROBOT.state(np.tile(q, (len(qdd), 1)), 0 * qdd, qdd).classical(2)[:, 3:]
-    covariance = tip_covariance(ROBOT, q, np.array(0.04))
+    covariance = tip_covariance(ROBOT, q, sigma**2)
     np.testing.assert_allclose(covariance, np.cov(tries.T), atol=2e-2 * covariance.max())
 
 

@@ -115,8 +115,8 @@ def tip_covariance(robot: Manipulator, q: Array, variance: Array) -> Array:
         The model.
     q : array, shape (..., dof)
         Positions of the measured joints [rad, m].
-    variance : array, shape (...)
-        Mean variance of the joints' accelerations.
+    variance : array, shape (..., dof)
+        Of the joints' accelerations.
 
     Returns
     -------
@@ -125,4 +125,4 @@ def tip_covariance(robot: Manipulator, q: Array, variance: Array) -> Array:
 
     """
     linear = np.asarray(robot.jacobian(q), dtype=float)[..., 3:, :]
-    return linear @ np.swapaxes(linear, -1, -2) * np.asarray(variance)[..., None, None]
+    return linear * np.asarray(variance)[..., None, :] @ np.swapaxes(linear, -1, -2)

@@ -65,15 +65,14 @@ def _motion(recording: Recording | JointTable, robot: RecordedRobot) -> ShownMot
     time = (stamps - stamps[0]) * 1e-9
     kept = _thinned(time)
     q, qd, qdd = np.concatenate([block.motion[:3] for block in blocks], axis=1)[:, kept]
-    variance = np.concatenate(
-        [block.variances[2].mean(axis=1) for block in blocks])[kept]
+    variance = np.concatenate([block.variances[2] for block in blocks])[kept]
     state = robot.model.state(q, qd, qdd)
     lines = robot.model.skeleton(q)
     covariance = tip_covariance(robot.model, q, variance)
     twist, accel = state.classical(1), state.classical(2)
     motion.snapshots = [
         Snapshot(time[k], q[i], tuple(line[i] for line in lines), state.pose[i], twist[i],
-                 accel[i], covariance[i] if np.isfinite(variance[i]) else None)
+                 accel[i], covariance[i] if np.isfinite(variance[i]).all() else None)
         for i, k in enumerate(kept)]
     return motion
 
