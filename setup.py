@@ -134,7 +134,7 @@ def executables() -> list[str]:
 
 setup(
     name=package_name,
-    version='0.1.0',
+    version='0.2.0',
     license='Apache-2.0',
     long_description=readme(),
     long_description_content_type='text/markdown',
