@@ -38,6 +38,7 @@ SCALE = (1.0, TIME_UNIT, TIME_UNIT**2 / 2.0, TIME_UNIT**3 / 6.0)
 FACTORIAL = (1.0, 1.0, 2.0, 6.0)
 PAIRS = [(i, j) for i in range(4) for j in range(i, 4)]
 PRIOR = (100.0, 2e7, 1.5e8, 3e9)    # deviations of the state, in units of the noise, per s ...
+CARRIED = 2e5    # most that one may grow to from a sample to the next; more cancels to nothing
 
 
 def table(rows: int, columns: int) -> Any:
@@ -113,12 +114,12 @@ class IntervalSmoother:
         # The more samples in a window, the more alike are the errors of neighbours.
         wide: cython.double = self.wide * sqrt(SPARSE / period if 8.0 * period > SPARSE else 8.0)
         p: cython.double[:, ::1] = self.work
-        diagonal = (0, 4, 7, 9)
+        far = max(1.0, max(times[i] - times[i - 1] for i in range(1, n)) / TIME_UNIT)
         for k in range(m):
             for a in range(10):
                 p[a, k] = 0.0
-            for a in range(4):
-                p[diagonal[a], k] = (PRIOR[a] * SCALE[a]) ** 2
+            for a, diagonal in enumerate((0, 4, 7, 9)):
+                p[diagonal, k] = min(PRIOR[a] * SCALE[a], CARRIED / far ** a) ** 2
         for i in range(n):
             if i:
                 self.keep[i] = exp(-(times[i] - times[i - 1]) / WINDOW)

@@ -88,3 +88,23 @@ def test_wrong_arguments_are_named():
         smooth(np.arange(3), np.zeros((3, 1)), np.zeros((3, 2)))
     with pytest.raises(InvalidValueError, match='no run of at least 8 good ones'):
         smooth(np.arange(3) * 0.01, np.zeros((3, 1)))
+
+
+@pytest.mark.parametrize('period', [0.2, 0.25, 0.4, 1.0, 2.0])
+def test_slow_samples(period):
+    stamps = np.arange(60) * period
+    result = smooth(stamps, np.sin(0.3 * stamps)[:, None], max_gap=3 * period)
+    assert np.isfinite(result.variance).all()
+    error = result.velocity[:, 0] - 0.3 * np.cos(0.3 * stamps)
+    assert np.sqrt(np.mean(error**2)) < 0.01 * 0.3
+
+
+@pytest.mark.parametrize('pause', [0.24, 0.9])
+def test_pauses_within_dense_samples(pause):
+    periods = np.full(1500, 1e-3)
+    periods[[3, 700, 1100]] = pause
+    stamps = np.cumsum(periods)
+    result = smooth(stamps, np.sin(0.3 * stamps)[:, None], max_gap=2 * pause)
+    assert result.used.all()
+    np.testing.assert_allclose(result.velocity[:, 0], 0.3 * np.cos(0.3 * stamps),
+                               atol=0.01 * 0.3)
