@@ -122,7 +122,8 @@ class DeviceClock:
         self._wrong, self._contrary = 0.0, 0
         self._quantum = inf
         self._same = 0
-        self._moved: tuple[array[float], list[float] | None, float, float] = (
+        # A reading, the one before, when it came, and for how long that one was held.
+        self._moved: tuple[array[float], array[float] | None, float, float] = (
             position, None, stamp, 0.0)
         self._steps = 0.0, 0.0
         self._standing = False
@@ -214,8 +215,7 @@ class DeviceClock:
             if self._same or self._moved[3] > 0.0:
                 self._follow_hold(stamp, position)
             else:
-                self._moved = (position, [a - b for a, b in zip(position, self._moved[0])],
-                               stamp, 0.0)
+                self._moved = position, self._moved[0], stamp, 0.0
         self._last, self._position = stamp, position
         self._tick += d
         before = ticks.deviation > 0.15 * period        # whether the stamps cannot tell
@@ -334,19 +334,20 @@ class DeviceClock:
 
     def _follow_hold(self, stamp: float, position: array[float]) -> None:
         """Learn for how long readings are held that repeat and then go on as before."""
-        moved, old, when, ran = self._moved
+        moved, before, when, ran = self._moved
         move = [a - b for a, b in zip(position, moved)]
         sizes = [abs(m) for m in move]
         self._quantum = min(self._quantum, min(size for size in sizes if size > 0.0))
         run = stamp - when
-        if old is not None and max(sizes) > 4.0 * self._quantum:
+        if before is not None and max(sizes) > 4.0 * self._quantum:
+            old = [a - b for a, b in zip(moved, before)]
             along = sum(a * b for a, b in zip(move, old))
             both = sqrt(sum(a * a for a in move) * sum(a * a for a in old))
             if along > 0.8 * both and self._same > 0:
                 self.hold = max(0.98 * self.hold, min(run, ran))
             else:
                 self.hold *= 0.98
-        self._moved = (position, move, stamp, run if self._same > 0 else 0.0)
+        self._moved = position, moved, stamp, run if self._same > 0 else 0.0
         self._same = 0
 
     # ---- what the joints say

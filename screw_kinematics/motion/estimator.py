@@ -225,7 +225,7 @@ class MotionEstimator(JointEstimator):
         placed = self.place(stamp, position, velocity)
         if isinstance(placed, Reason):
             return placed
-        if placed.age > max(LONGEST_AGE, PERIODS * self._clock.period):
+        if placed.age > LONGEST_AGE and placed.age > PERIODS * self._clock.period:
             return self._admission.refuse(Reason.NO_NEW_READING)
         bank, wanted = self._bank, self.covariance_wanted
         if (bank.count() + 1 < self.min_samples
