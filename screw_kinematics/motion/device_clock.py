@@ -125,7 +125,7 @@ class DeviceClock:
         # A reading, the one before, when it came, and for how long that one was held.
         self._moved: tuple[array[float], array[float] | None, float, float] = (
             position, None, stamp, 0.0)
-        self._steps = 0.0, 0.0
+        self._steps = (position, position, 1), (position, position, 1)
         self._standing = False
         self._squares = [0.0, 0.0, 0.0]
         self._blocks = 0
@@ -185,7 +185,7 @@ class DeviceClock:
             self._standing = False
             self._time += age * self._ratio
             self._last = stamp
-            self._steps = 0.0, 0.0
+            self._steps = (position, position, 1), (position, position, 1)
             ticks.advance(d, stamp, False)
             self._tick += d
             return Placed(self._time, self._time, 1.0 / self._ratio, 0.0,
@@ -210,8 +210,7 @@ class DeviceClock:
         if agree:
             self._deviation += step
         if not same:
-            gone = dist(position, self._position) / d
-            self._steps = gone, self._steps[0]
+            self._steps = (position, self._position, d), self._steps[0]
             if self._same or self._moved[3] > 0.0:
                 self._follow_hold(stamp, position)
             else:
@@ -266,7 +265,7 @@ class DeviceClock:
         """Place a message by its stamp."""
         age = stamp - self._last
         if not same:
-            self._steps = dist(position, self._position), self._steps[0]
+            self._steps = (position, self._position, 1), self._steps[0]
             self._follow_hold(stamp, position)
         if same and age < 1.3 * self.hold:
             self.held += 1
@@ -328,7 +327,7 @@ class DeviceClock:
 
         They had gone on evenly, by many steps of the encoder, up to the last reading.
         """
-        gone, before = self._steps
+        gone, before = (dist(new, old) / ticks for new, old, ticks in self._steps)
         return (gone > 0.8 * before > 0.0 and foreseen > 0.5 * gone
                 and bank.encoder_steps(self.unit) > STEPS_SEEN)
 

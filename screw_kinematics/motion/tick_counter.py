@@ -149,16 +149,18 @@ class TickCounter:
         late = stamp - self.phase
         self.count += 1
         self.tick += d
-        gain = max(1.0 / self.count, 0.01)
-        most = 7.0 * max(self.deviation, 1e-6)
+        # Comparisons, as calls of min and max would take longer than all else here.
+        gain = 1.0 / self.count if self.count < 100 else 0.01
+        most = 7.0 * self.deviation if self.deviation > 1e-6 else 7e-6
         # Of steps, so that an offset is no deviation.
-        self.deviation += (min(0.7 * abs(late - self._before), most) - self.deviation) * gain
+        wobble = 0.7 * abs(late - self._before)
+        self.deviation += ((wobble if wobble < most else most) - self.deviation) * gain
         self._before = late
         if late > 0.0:
-            self.behind += (min(late, most) - self.behind) * gain
+            self.behind += ((late if late < most else most) - self.behind) * gain
             self.lean += 0.03 * (1.0 - self.lean)
         else:
-            self.early += (min(-late, most) - self.early) * gain
+            self.early += ((-late if -late < most else most) - self.early) * gain
             self.lean += 0.03 * (-1.0 - self.lean)
         self.sets *= 0.95
         self._recent.append(late)
