@@ -10,6 +10,7 @@ the value that was given, and what is allowed.
 """
 from __future__ import annotations
 
+from array import array
 from collections.abc import Iterable
 from enum import Enum
 import sys
@@ -106,7 +107,9 @@ class ParameterError(ScrewKinematicsError, ValueError):
     """
 
     def __init__(self, parameter: str, value: object, allowed: str) -> None:
-        super().__init__(f'parameter {parameter!r} is {value!r}; allowed: {allowed}')
+        shown = 'not given' if value is None else repr(
+            list(value) if isinstance(value, array) else value)     # as rclpy hands lists over
+        super().__init__(f'parameter {parameter!r} is {shown}; allowed: {allowed}')
 
 
 class SingularityError(ScrewKinematicsError, ValueError):

@@ -52,6 +52,8 @@ def local_path(uri: str) -> Path:
     else:
         raise ModelError(uri, 'no robot description can be read from there; allowed: '
                          'package://<package>/<path>, file:///<path>, or a path')
+    if os.path.isdir(path):
+        raise ModelError(uri, f'is a directory: {path}; allowed: a file')
     if not os.path.isfile(path):
         raise ModelError(uri, f'no such file: {path}')
     return Path(path)

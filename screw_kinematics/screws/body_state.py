@@ -132,8 +132,10 @@ class BodyState:
         return self._order(n)
 
     def _order(self, n: int) -> Array:
-        if not 1 <= n <= len(self.reduced):
-            name = _ORDERS[n - 1] if 1 <= n <= 4 else f'order {n}'
+        if n < 1:
+            raise InvalidValueError(f'order {n} of a state; allowed: 1 (the velocity) or more')
+        if n > len(self.reduced):
+            name = _ORDERS[n - 1] if n <= 4 else f'order {n}'
             raise InvalidValueError(
                 f'{name} needs the joint derivatives of order 1 to {n}; '
                 f'this state was computed with {len(self.reduced)}')

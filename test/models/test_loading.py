@@ -69,6 +69,7 @@ def test_own_robots_need_no_ros(robot, monkeypatch):
 
 @pytest.mark.parametrize('uri, message', [
     ('nowhere.yaml', 'nowhere.yaml: no such file: nowhere.yaml'),
+    ('/', 'is a directory: /; allowed: a file'),
     ('file:///nowhere/arm.yaml', 'no such file: /nowhere/arm.yaml'),
     ('file://elsewhere/arm.yaml', 'no robot description can be read from there; allowed: pack'),
     ('http://example.com/arm.urdf', 'no robot description can be read from there; allowed: pack'),

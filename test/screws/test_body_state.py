@@ -104,7 +104,7 @@ def test_orders_have_names_and_missing_ones_are_refused():
     with pytest.raises(InvalidValueError, match='snap needs the joint derivatives of order '
                                                 '1 to 4; this state was computed with 3'):
         state.reduced_snap
-    with pytest.raises(InvalidValueError, match='order 0 needs'):
+    with pytest.raises(InvalidValueError, match='order 0 of a state; allowed: 1'):
         state.classical(0)
 
 

@@ -117,7 +117,7 @@ def test_c_compiles_without_a_warning_and_is_the_chain(robot, form, tmp_path):
 
 
 def test_c_without_some_inputs_has_no_warning_either(tmp_path):
-    source = tmp_path / 'rpr.c'
+    source = tmp_path / 'made' / 'rpr.c'
     assert derive.main([RPR, '--format', 'c', '--quantity', 'pose', '--output',
                         str(source)]) == console.OK
     run = subprocess.run(['cc', '-std=c99', '-Wall', '-Wextra', '-Wpedantic', '-Werror', '-c',

@@ -108,6 +108,7 @@ def _write(files: dict[str, str], name: str, output: Path | None) -> None:
             sys.stdout.write(('\n' if k else '') + mark + text)
         return
     main_file, *others = files.items()
+    output.parent.mkdir(parents=True, exist_ok=True)
     output.write_text(main_file[1].replace(f'#include "{name}.h"',
                                            f'#include "{output.with_suffix(".h").name}"', 1))
     for ending, text in others:
