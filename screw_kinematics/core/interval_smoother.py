@@ -366,6 +366,16 @@ class IntervalSmoother:
                 w[3, k] = x3 + g[i, 3 * m + k] * e
         self._around(self.mean)
         for k in range(m):
+            # What fails within its memory of the start fits the start by its free state alone.
+            memory: cython.double = 0.3 / (self.power[k] ** 0.125 / 6.283185307179586)
+            later: cython.Py_ssize_t = 0
+            while later < n - 1 and self.times[later] - self.times[0] < memory:
+                later += 1
+            least: cython.double = self.mean[later, k] / self.span[later]
+            for i in range(later):
+                if self.mean[i, k] < least * self.span[i]:
+                    self.mean[i, k] = least * self.span[i]
+        for k in range(m):
             for a in range(4):
                 w[a, k] = 0.0
         p: cython.double[:, ::1] = self.p

@@ -108,3 +108,19 @@ def test_pauses_within_dense_samples(pause):
     assert result.used.all()
     np.testing.assert_allclose(result.velocity[:, 0], 0.3 * np.cos(0.3 * stamps),
                                atol=0.01 * 0.3)
+
+
+@pytest.mark.parametrize('noise', [1e-1, 1e-2])
+@pytest.mark.parametrize('pulse', [2.0, 6.0])
+def test_noisy_samples_from_the_start_on(pulse, noise):
+    """With all the future in view no worse than with 0.2 s of it, in motion from the start."""
+    stamps = np.arange(800) * 0.01
+    signal = np.sin(pulse * stamps) + 0.5 * np.sin(0.55 * pulse * stamps)
+    positions = signal + noise * np.random.default_rng(0).normal(size=800)
+    estimator = MotionEstimator(1, delay=0.2, max_velocity=1000.0)
+    online = [m for m in map(estimator.update, stamps, positions[:, None]) if m is not None]
+    result = smooth(stamps, positions[:, None], max_velocity=1000.0)
+    at = np.array([m.stamp for m in online])
+    truth = pulse * (np.cos(pulse * at) + 0.275 * np.cos(0.55 * pulse * at))
+    smoothed = np.interp(at, result.stamps, result.velocity[:, 0]) - truth
+    assert np.std(smoothed) < np.std([float(m.velocity[0]) for m in online] - truth)
