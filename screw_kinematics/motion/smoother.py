@@ -7,6 +7,7 @@ from __future__ import annotations
 from array import array
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+import reprlib
 from typing import Any
 
 import numpy as np
@@ -123,11 +124,13 @@ def smooth(
         If no run has as many as eight good samples.
 
     """
-    stamps, positions = np.asarray(stamps, float), np.asarray(positions, float)
+    stamps, positions = _numbers('stamps', stamps), _numbers('positions', positions)
+    if stamps.ndim != 1:
+        raise ShapeError('stamps', '(N,)', stamps.shape)
     if positions.ndim != 2 or len(positions) != len(stamps):
         raise ShapeError('positions', f'({len(stamps)}, n)', positions.shape)
     if velocities is not None:
-        velocities = np.asarray(velocities, float)
+        velocities = _numbers('velocities', velocities)
         if velocities.shape != positions.shape:
             raise ShapeError('velocities', str(positions.shape), velocities.shape)
     limits = {'max_gap': max_gap, 'max_velocity': max_velocity, 'continuous': continuous}
@@ -152,6 +155,14 @@ def smooth(
         report(0.2 + 0.8 * done / count)
     return SmoothedMotion(stamps[used], state[:, 0], state[:, 1], state[:, 2], state[:, 3],
                           variance, used, tuple(findings))
+
+
+def _numbers(name: str, values: Any) -> Array:
+    try:
+        return np.asarray(values, float)
+    except (TypeError, ValueError):
+        raise InvalidValueError(f'{name} must be an array of numbers, got '
+                                f'{reprlib.repr(values)}') from None
 
 
 def _runs(stamps: Array, positions: Array, limits: dict[str, Any],

@@ -86,6 +86,10 @@ def test_wrong_arguments_are_named():
         smooth(np.arange(3), np.zeros((2, 1)))
     with pytest.raises(ShapeError, match=r'velocities: expected shape \(3, 1\)'):
         smooth(np.arange(3), np.zeros((3, 1)), np.zeros((3, 2)))
+    with pytest.raises(InvalidValueError, match=r"stamps must be an array of numbers, got \['a"):
+        smooth(['a'], [[1.0]])
+    with pytest.raises(ShapeError, match=r'stamps: expected shape \(N,\), got \(\)'):
+        smooth(None, None)
     with pytest.raises(InvalidValueError, match='no run of at least 8 good ones'):
         smooth(np.arange(3) * 0.01, np.zeros((3, 1)))
 

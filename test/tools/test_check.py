@@ -127,6 +127,11 @@ def in_ticks(k, sample):
     sample[2] = np.rint(sample[2] * 65536 / (2 * np.pi)) + 5000
 
 
+def in_coarse_ticks(k, sample):
+    sample[2] = np.rint(motion(k / 200.0, 5.0)[0] * 65536 / (2 * np.pi))
+    sample[3] = ()
+
+
 def wrapped(k, sample):
     sample[2][0] += np.pi - motion(2.0, 0.5)[0][0]
     sample[2] = (sample[2] + np.pi) % (2 * np.pi) - np.pi
@@ -146,6 +151,7 @@ def noisy(k, sample):
     (in_degrees, 1, r'problem .*: q1 \(revolute\) reaches [\d.]+ rad, [\d.]+ turns\n'
                     r' +-> are these degrees\?: positions must be in rad'),
     (in_ticks, 1, r'problem .*: q1 \(revolute\) reaches .*\n +-> these are whole numbers'),
+    (in_coarse_ticks, 1, r'problem .*: q1 \(revolute\) reaches .*\n +-> these are whole numbers'),
     (wrapped, 1, r'problem .*: q1 \(revolute\) jumps by a whole turn, 6.283, \d+ times\n'
                  r".* 'continuous'"),
     (noisy, 1, r'problem .*: with estimator.delay: 0 accelerations are wrong by \d+ % of the '

@@ -79,6 +79,11 @@ def recommend(label: str, names: Sequence[str], time: Array, position: Array,
     for tried in sorted({*DELAYS, delay}):
         trial, doubts = _try(tried, names, time, position, velocity, continuous, truth, moving)
         trials.append(trial)
+    if not any(np.isfinite((trial.at_rest, trial.in_motion)).any() for trial in trials):
+        yield Finding(PROBLEM, f'{label}: the node would publish next to nothing: nowhere are '
+                               'there enough good samples in a row',
+                      'see what is said of stamps and positions')
+        return
     signal = float(np.sqrt((truth.acceleration[moving]**2).mean())) if moving.any() else 0.0
     for trial in trials:
         yield Finding(FACT, f'{label}: delay {1e3 * trial.delay:.0f} ms: RMS error of '
@@ -149,7 +154,8 @@ def _try(delay: float, names: Sequence[str], time: Array, position: Array, veloc
     # Half a second to settle; and the smoother has no future at the very end.
     inside = (at >= known[0] + 500_000_000) & (at <= known[-1] - 100_000_000)
     exact = interpolate(known, truth.acceleration, at[inside])    # type: ignore[attr-defined]
-    squares = ((np.array(accelerations)[inside] - exact)**2).mean(axis=1)
+    found = np.array(accelerations).reshape(-1, position.shape[1])[inside]
+    squares = ((found - exact)**2).mean(axis=1)
     in_motion = moving[np.clip(np.searchsorted(known, at[inside]), 0, len(known) - 1)]
     return Trial(delay, _root_mean(squares[~in_motion]), _root_mean(squares[in_motion])), (
         estimator.doubts(names))
