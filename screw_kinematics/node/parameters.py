@@ -129,9 +129,7 @@ class NodeParameters:
         for name in sorted(self._given()):
             if not self._node.has_parameter(name):
                 known = topics if name.startswith(QOS) else self._declared
-                similar = get_close_matches(name, known, 1, 0.5)
-                hint = f'; did you mean {similar[0]!r}?' if similar else ''
-                sentences.append(f'parameter {name!r} does not exist{hint}')
+                sentences.append(no_such_parameter(name, known))
         return sentences
 
     def _tips(self, robot: str) -> tuple[str, ...]:
@@ -172,3 +170,10 @@ class NodeParameters:
 def as_values(parameters: Iterable[Parameter]) -> dict[str, Any]:
     """Return the values of ROS parameters by name."""
     return {p.name: p.value for p in parameters}
+
+
+def no_such_parameter(name: str, known: Iterable[str]) -> str:
+    """Return a sentence that says so, with the known name that is most like it."""
+    similar = get_close_matches(name, known, 1, 0.5)
+    hint = f'; did you mean {similar[0]!r}?' if similar else ''
+    return f'parameter {name!r} does not exist{hint}'

@@ -16,6 +16,8 @@ from rcl_interfaces.msg import SetParametersResult
 from rcl_interfaces.srv import SetParameters, SetParametersAtomically
 from rclpy.node import Node
 
+from .parameters import no_such_parameter
+
 Callback = Callable[[Any, Any], Any]
 
 
@@ -32,6 +34,8 @@ def answer_always(node: Node, possible: Callable[[], Sequence[tuple[int, str]]])
 
     """
     for service in node.services:
+        if service.srv_type in (SetParameters, SetParametersAtomically):
+            service.callback = _naming_unknown(node, service.callback)
         service.callback = _answering(node, service.srv_type, service.callback)
         if service.srv_type is ChangeState:
             service.callback = _refusing_impossible(node, service.callback, possible)
@@ -74,4 +78,18 @@ def _refusing_impossible(node: Node, callback: Callback,
             response.success = False
             return response
         return callback(request, response)
+    return answer
+
+
+def _naming_unknown(node: Node, callback: Callback) -> Callback:
+    """Say which parameter does not exist, where rclpy gives an empty list."""
+    def answer(request: Any, response: Any) -> Any:
+        response = callback(request, response)
+        results = (response.results if isinstance(response, SetParameters.Response)
+                   else [response.result] * len(request.parameters))
+        for parameter, result in zip(request.parameters, results):
+            if not result.successful and not node.has_parameter(parameter.name):
+                result.reason = no_such_parameter(
+                    parameter.name, node.list_parameters([], 0).names)
+        return response
     return answer

@@ -99,6 +99,14 @@ def test_requests_with_any_values_are_answered(context, tmp_path, executor):
                     SetParametersAtomically, 'set_parameters_atomically',
                     SetParametersAtomically.Request(parameters=[parameter])).result
                 assert result.successful or result.reason
+        given = [Parameter(name='arm.estimator.dealy', value=ParameterValue(
+            type=ParameterType.PARAMETER_DOUBLE, double_value=0.01))]
+        told = ("parameter 'arm.estimator.dealy' does not exist; "
+                "did you mean 'arm.estimator.delay'?")
+        assert [told] == [result.reason for result in rig.call(
+            SetParameters, 'set_parameters', SetParameters.Request(parameters=given)).results]
+        assert told == rig.call(SetParametersAtomically, 'set_parameters_atomically',
+                                SetParametersAtomically.Request(parameters=given)).result.reason
         assert state(rig) == 'active'
 
 
