@@ -21,6 +21,7 @@ class Account:
     refused: Counter[str] = field(default_factory=Counter)
     of_topic: Counter[str] = field(default_factory=Counter)
     waiting: Counter[str] = field(default_factory=Counter)
+    incomplete: int = 0
 
     def contradictions(self) -> list[str]:
         """Return where these counts contradict each other."""
@@ -57,4 +58,5 @@ def _account(robot: SoakRobot, parts: dict[str, dict[str, str]]) -> Account:
         on_topic=int(topics.get(f'{topic}received', 0)),
         received=int(own.get('received', 0)), used=used, outputs=used - waiting.total(),
         refused_total=int(own.get('refused', 0)), refused=counts(own, 'refused '),
-        of_topic=counts(topics, f'{topic}refused '), waiting=waiting)
+        of_topic=counts(topics, f'{topic}refused '), waiting=waiting,
+        incomplete=int(own.get('outputs without derivatives not known yet', 0)))

@@ -179,6 +179,8 @@ def _values(now: Time, robot: Robot, counts: _Counts, since: _Counts) -> dict[st
         'refused': account.refused.total()}
     values |= {f'refused {reason}': n for reason, n in account.refused.items()}
     values |= {f'used {reason}': n for reason, n in account.used_later.items()}
+    if account.incomplete:
+        values['outputs without derivatives not known yet'] = account.incomplete
     values['outputs listened to'] = ', '.join(robot.publishers.wanted_names)
     if pipeline is None:
         return values

@@ -20,6 +20,8 @@ class Account:
     received : int
     outputs : int
         Messages that led to outputs at once.
+    incomplete : int
+        Those of them whose outputs of a higher derivative than is known yet were left out.
     used_later : Counter of Reason
         Messages that were used otherwise, by what for: merged with later ones, ...
     refused : Counter of Reason
@@ -40,6 +42,7 @@ class Account:
     def __init__(self) -> None:
         self.received = 0
         self.outputs = 0
+        self.incomplete = 0
         self.used_later: Counter[Reason] = Counter()
         self.refused: Counter[Reason] = Counter()
         self.details: dict[Reason, str] = {}

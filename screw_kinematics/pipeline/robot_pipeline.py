@@ -128,6 +128,8 @@ class RobotPipeline:
             state = kinematics.evaluate(whole)
         except (ScrewKinematicsError, ArithmeticError, ValueError) as error:
             return close(Reason.NO_SOLUTION, str(error))
+        if isinstance(state, State) and state.order < kinematics.order:
+            self.account.incomplete += 1
         return close(state)
 
     def reset(self) -> None:
