@@ -30,7 +30,9 @@ SAMPLES = 120
 AT_REST = [0.2] * 6, [0.0] * 6
 JOINTS = [f'q{i}' for i in range(1, 7)]
 ROBOTS = {
-    'plain': {'outputs': [*TYPES, 'markers'], 'markers_rate': 50.0},
+    # A robot that has not been heard of for the timeout has its markers taken away: not in a run
+    # that the machine may hold up.
+    'plain': {'outputs': [*TYPES, 'markers'], 'markers_rate': 50.0, 'stale_timeout': 60.0},
     'turned': {'outputs': ['twist', 'accel'], 'expressed_in': 'tip', 'frame_prefix': 'left/'},
     'rooted': {'outputs': ['twist', 'accel', 'reduced_accel'], 'reference_point': 'base'},
     'tooled': {'outputs': ['pose', 'twist', 'accel'], 'tool_offset': OFFSET},
