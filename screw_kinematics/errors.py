@@ -246,6 +246,11 @@ class Reason(str, Enum):
     IMPLAUSIBLE_JUMP = 'implausible_jump'
     NO_NEW_READING = 'no_new_reading'
     RUN_TOO_SHORT = 'run_too_short'
+    # Another stream, read at the instant of the joints' motion.
+    AWAITED = 'other_stream_awaited'
+    NOT_COVERED = 'other_stream_has_a_gap'
+    VALUES_NOT_FINITE = 'values_not_finite'
+    UNKNOWN_FRAME = 'frame_not_fixed_to_tip'
     # What follows from them.
     NO_SOLUTION = 'no_state_at_this_posture'
     STATE_NOT_FINITE = 'state_not_finite'
@@ -260,4 +265,4 @@ class Reason(str, Enum):
         return self.value
 
 
-_USED = frozenset({Reason.SETTLING, Reason.MERGED, Reason.NOTHING_WANTED})
+_USED = frozenset({Reason.SETTLING, Reason.MERGED, Reason.NOTHING_WANTED, Reason.AWAITED})

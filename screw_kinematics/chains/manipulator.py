@@ -10,6 +10,7 @@ efforts, and how well a posture can move.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -36,6 +37,8 @@ class Manipulator(ABC):
     tip_frame: str
     warnings: tuple[str, ...] = ()
     """What its description has that the robot has not."""
+    fixed_frames: Mapping[str, Array]
+    """Poses in the tip frame of the frames that are fixed to it, itself among them [m]."""
 
     @property
     @abstractmethod

@@ -3,7 +3,7 @@
 """Open chains of screws: pose, present screws, and kinematic states of the tip."""
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -18,7 +18,7 @@ from ..programs.program import Program
 from ..screws.body_state import BodyState
 from ..screws.reference import check_axes, resolve_pole
 from ..screws.rigid import rigid_displacement
-from ..screws.se3 import Array, dot, rotate
+from ..screws.se3 import Array, dot, inverse, rotate
 from ..screws.states import chain_states, link_states
 
 __all__ = ['SerialChain']
@@ -40,6 +40,8 @@ class SerialChain(Manipulator):
         Name of the robot, for messages.
     warnings : iterable of str
         What its description has that the chain has not.
+    fixed_frames : mapping of str to array, shape (4, 4), optional
+        Poses in the tip frame of other frames that are fixed to it [m].
 
     Raises
     ------
@@ -57,7 +59,8 @@ class SerialChain(Manipulator):
 
     def __init__(self, joints: Iterable[Joint], T_base_tool: Any = None,    # noqa: N803
                  base_frame: str = 'base', tip_frame: str = 'tool', name: str = '',
-                 warnings: Iterable[str] = ()) -> None:
+                 warnings: Iterable[str] = (),
+                 fixed_frames: Mapping[str, Any] | None = None) -> None:
         self.joints = tuple(joints)
         for joint in self.joints:
             if not isinstance(joint, Joint):
@@ -67,6 +70,9 @@ class SerialChain(Manipulator):
         self.name = name
         self.warnings = tuple(warnings)
         self.T_base_tool = rigid_displacement('T_base_tool', T_base_tool)
+        self.fixed_frames: dict[str, Array] = {
+            **{frame: rigid_displacement(f'pose of {frame!r}', pose)
+               for frame, pose in (fixed_frames or {}).items()}, tip_frame: np.eye(4)}
         self._coupling = MimicCoupling(self.joints, repr(self))
 
     def __repr__(self) -> str:
@@ -121,10 +127,12 @@ class SerialChain(Manipulator):
             The pose is no rigid displacement.
 
         """
+        tool = rigid_displacement('T_tip_tool', T_tip_tool)
         return SerialChain(
-            self.joints, self.T_base_tool @ rigid_displacement('T_tip_tool', T_tip_tool),
+            self.joints, self.T_base_tool @ tool,
             self.base_frame, self.tip_frame if tip_frame is None else tip_frame, self.name,
-            self.warnings)
+            self.warnings, {frame: inverse(tool) @ pose
+                            for frame, pose in self.fixed_frames.items()})
 
     def joint_values(self, q: Any, order: int = 0) -> Array:
         """

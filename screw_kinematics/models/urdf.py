@@ -125,7 +125,32 @@ def _chain(source: str, document: RobotDocument, base_frame: str | None,
         raise ModelError(source, f'nothing moves between base frame {base!r} and tip frame '
                          f'{tip!r}; allowed: frames with a moving joint between them')
     with reported(source):
-        return SerialChain(screws, T_base_link, base, tip, document.name, warnings)
+        return SerialChain(screws, T_base_link, base, tip, document.name, warnings,
+                           dict(_fixed_frames(joints, tip)))
+
+
+def _fixed_frames(joints: _Joints, tip: str) -> Iterator[tuple[str, Array]]:
+    """Yield the links that are fixed to the tip, each with its pose in it."""
+    beside: dict[str, list[tuple[Edge, bool]]] = {}
+    for edge in joints.edges:
+        if joints.is_fixed(edge.joint):
+            beside.setdefault(edge.parent, []).append((edge, True))
+            beside.setdefault(edge.child, []).append((edge, False))
+    found, waiting = {tip: pose()}, [tip]
+    while waiting:
+        link = waiting.pop()
+        for edge, downwards in beside.get(link, ()):
+            other = edge.child if downwards else edge.parent
+            if other in found:
+                continue
+            try:
+                origin = joints.origin(edge.joint)
+            except ModelError:      # a defect beside the arm does not stop it
+                continue
+            found[other] = found[link] @ (origin if downwards else inverse(origin))
+            if np.isfinite(found[other]).all():
+                waiting.append(other)
+                yield other, found[other]
 
 
 class _Joints:
@@ -171,6 +196,10 @@ class _Joints:
             raise fields.wrong(kind, f'{listed(kinds)}; choose a base frame below it, such as '
                                f'its child link {child!r}', 'type')
         return fields.choice('type', kinds)
+
+    def is_fixed(self, name: str) -> bool:
+        """Return whether a joint says that it is fixed, whatever else is wrong with it."""
+        return self._elements[name].attributes.get('type') == 'fixed'
 
     def origin(self, name: str) -> Array:
         """Return the pose of the joint frame in the parent link at q = 0."""

@@ -1,0 +1,106 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A further stream beside the joint states, read at the instants of the joints' motion."""
+from __future__ import annotations
+
+from bisect import bisect_left
+from collections.abc import Sequence
+
+from ..errors import Reason
+
+Values = Sequence[float]
+
+
+class SideStream:
+    """
+    What was measured beside the joints: a wrench, the motion of the base.
+
+    It is read between two samples, never beyond the latest one: what is asked for too early is
+    awaited, and may be asked for again.
+
+    Parameters
+    ----------
+    max_gap_ns : int
+        Samples further apart in time than this are not joined [ns].
+    span_ns : int, optional
+        How far back it may be asked for, at least [ns]; by default all of it.
+
+    Attributes
+    ----------
+    latest_ns : int or None
+        Stamp of the latest sample [ns].
+
+    Examples
+    --------
+    >>> stream = SideStream(max_gap_ns=10)
+    >>> stream.add(20, (1.0, 0.0)), stream.add(28, (3.0, 4.0)), stream.add(28, (0.0, 0.0))
+    (None, None, <Reason.STAMP_NOT_INCREASING: 'stamp_not_increasing'>)
+    >>> stream.at(22), stream.at(28)
+    ((1.5, 1.0), (3.0, 4.0))
+    >>> stream.at(30), stream.at(10)
+    (<Reason.AWAITED: 'other_stream_awaited'>, <Reason.NOT_COVERED: 'other_stream_has_a_gap'>)
+
+    """
+
+    def __init__(self, max_gap_ns: int, span_ns: int | None = None) -> None:
+        self._max_gap_ns, self._span_ns = max_gap_ns, span_ns
+        self._backward_ns = 2 * max_gap_ns
+        self.clear()
+
+    def clear(self) -> None:
+        """Forget all samples."""
+        self._stamps: list[int] = []
+        self._values: list[Values] = []
+
+    @property
+    def latest_ns(self) -> int | None:
+        """Return the stamp of the latest sample [ns]."""
+        return self._stamps[-1] if self._stamps else None
+
+    def add(self, stamp_ns: int, values: Values) -> Reason | None:
+        """
+        Take a sample; return why it is of no use, if it is not.
+
+        Parameters
+        ----------
+        stamp_ns : int
+            Later than all before; if far earlier, as of a clock that was set, the stream begins
+            anew.
+        values : sequence of float
+            Finite.
+
+        """
+        stamps = self._stamps
+        if stamps and stamp_ns <= stamps[-1]:
+            if stamp_ns >= stamps[-1] - self._backward_ns:
+                return Reason.STAMP_NOT_INCREASING
+            self.clear()
+            stamps = self._stamps
+        stamps.append(stamp_ns)
+        self._values.append(values)
+        if self._span_ns is not None and stamps[len(stamps) // 2] < stamp_ns - self._span_ns:
+            old = bisect_left(stamps, stamp_ns - self._span_ns) - 1
+            del stamps[:old], self._values[:old]
+        return None
+
+    def around(self, stamp_ns: int) -> tuple[Values, Values, float] | Reason:
+        """Return the samples before and after an instant, and how far it is between them."""
+        stamps = self._stamps
+        after = bisect_left(stamps, stamp_ns)
+        if after == len(stamps):
+            return Reason.AWAITED
+        values = self._values[after]
+        if stamps[after] == stamp_ns:
+            return values, values, 0.0
+        step = stamps[after] - stamps[after - 1] if after else 0
+        if not 0 < step <= self._max_gap_ns:
+            return Reason.NOT_COVERED
+        return self._values[after - 1], values, (stamp_ns - stamps[after - 1]) / step
+
+    def at(self, stamp_ns: int) -> tuple[float, ...] | Reason:
+        """Return the values at an instant, on the line between two samples; or why not."""
+        found = self.around(stamp_ns)
+        if isinstance(found, Reason):
+            return found
+        before, after, share = found
+        return tuple([a + share * (b - a) for a, b in zip(before, after)])
