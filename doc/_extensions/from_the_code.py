@@ -15,7 +15,8 @@ from docutils.statemachine import StringList
 from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 
-from screw_kinematics.pipeline.settings import NODE, ROBOT, Setting
+from screw_kinematics.pipeline.setting import Setting
+from screw_kinematics.pipeline.settings import NODE, ROBOT
 
 WHEN = {'': 'at any time', 'configured': 'while unconfigured', 'started': 'at start only'}
 

@@ -130,7 +130,8 @@ def check_arguments(args: Sequence[str]) -> None:
     import argparse
     import textwrap
     from .. import __version__, core
-    from ..pipeline.settings import NODE, ROBOT, Setting
+    from ..pipeline.setting import Setting
+    from ..pipeline.settings import NODE, ROBOT
 
     def described(settings: Iterable[Setting], prefix: str = '') -> str:
         return '\n'.join(

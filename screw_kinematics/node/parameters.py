@@ -13,8 +13,8 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from ..errors import ParameterError
-from ..pipeline.settings import (
-    NODE, NodeSettings, OF_TIP, one_of, ROBOT, RobotSettings, Setting, tip_frames, whole_number)
+from ..pipeline.setting import one_of, Setting, tip_frames, whole_number
+from ..pipeline.settings import NODE, NodeSettings, OF_TIP, ROBOT, RobotSettings
 
 QOS = 'qos_overrides.'
 

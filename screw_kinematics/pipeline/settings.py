@@ -7,15 +7,16 @@ What can be set: each parameter's default, meaning, and allowed values.
 """
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-import re
 from typing import Any
 
 from .outputs import OUTPUTS
+from .setting import (
+    boolean, choice, nonempty, numbers, one_of, quantity, robot_names, Setting, some_of,
+    text, tip_frames, topic_name, topics)
 from ..errors import ParameterError
 from ..motion import ESTIMATORS
-
 
 EXECUTORS = ('events', 'single_threaded')
 """Choices: ROS's events executor where it exists, or its default one."""
@@ -28,182 +29,8 @@ MAX_VELOCITY = 20.0
 LONGEST_DELAYS = {'savitzky_golay': 0.14, 'finite_difference': 0.0}
 """Of those estimators that have less than the others, since they look back no further [s]."""
 
-Check = Callable[[Any], Any]
-
 LARGEST_OFFSET = 1e6
 """Of a tool from the tip frame [m, rad]."""
-
-
-@dataclass(frozen=True)
-class Setting:
-    """
-    One parameter.
-
-    Parameters
-    ----------
-    name : str
-    default : bool, float, str, list
-    text : str
-        What it does, with its unit.
-    allowed : str
-        The allowed values in words.
-    check : callable
-        Returns the value in the form used here, or raises ValueError.
-    fixed : {'', 'configured', 'started'}
-        From when on it cannot be changed: never, once the node is configured, or at all.
-    span : (float, float), optional
-        Least and greatest value of a number.
-
-    """
-
-    name: str
-    default: Any
-    text: str
-    allowed: str
-    check: Check
-    fixed: str = ''
-    span: tuple[float, float] | None = None
-
-    def read(self, value: Any, prefix: str = '') -> Any:
-        """Return the checked value; raise ParameterError naming it and what is allowed."""
-        try:
-            return self.check(value)
-        except ValueError:
-            raise ParameterError(prefix + self.name, value, self.allowed) from None
-
-
-def boolean(value: Any) -> bool:
-    """Return true or false; raise ValueError for anything else."""
-    if not isinstance(value, bool):
-        raise ValueError
-    return value
-
-
-def text(value: Any) -> str:
-    """Return a string; raise ValueError for anything else."""
-    if not isinstance(value, str):
-        raise ValueError
-    return value
-
-
-def nonempty(value: Any) -> str:
-    """Return a string that is not blank, or raise ValueError."""
-    if not text(value).strip():
-        raise ValueError
-    return str(value)
-
-
-def number(low: float, high: float) -> Check:
-    """Return a check for finite numbers of a range, whole numbers among them."""
-    def check(value: Any) -> float:
-        if isinstance(value, bool) or not isinstance(value, (int, float)):
-            raise ValueError
-        if not low <= value <= high:    # refuses NaN too
-            raise ValueError
-        return float(value)
-    return check
-
-
-def whole_number(low: int, high: int) -> Check:
-    """Return a check for whole numbers of a range."""
-    def check(value: Any) -> int:
-        if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
-            raise ValueError
-        return value
-    return check
-
-
-def one_of(*choices: str) -> Check:
-    """Return a check for a choice."""
-    def check(value: Any) -> str:
-        if value not in choices:
-            raise ValueError
-        return str(value)
-    return check
-
-
-def some_of(*choices: str) -> Check:
-    """Return a check for at least one of the choices; their order here is kept."""
-    def check(value: Any) -> tuple[str, ...]:
-        names = strings(value)
-        if not names or not set(names) <= set(choices):
-            raise ValueError
-        return tuple(name for name in choices if name in names)
-    return check
-
-
-def robot_names(value: Any) -> tuple[str, ...]:
-    """Return different names that can begin a parameter's and a topic's name."""
-    # An empty list has no type in ROS 2, so the default is a list of one empty string.
-    names = tuple(name for name in strings(value) if name)
-    if len(set(names)) < len(names) or not all(
-            re.fullmatch('[A-Za-z][A-Za-z0-9_]*', name) for name in names):
-        raise ValueError
-    return names
-
-
-def tip_frames(value: Any) -> tuple[str, ...]:
-    """Return different frames whose names can be in the names of parameters and topics."""
-    names = tuple(name for name in strings(value) if name)
-    if any('.' in name for name in names) or len(set(map(topic_name, names))) < len(names):
-        raise ValueError
-    return names
-
-
-def topic_name(frame: str) -> str:
-    """
-    Return the name of a frame as part of a topic.
-
-    Examples
-    --------
-    >>> topic_name('left/tool-0')
-    'left_tool_0'
-
-    """
-    name = re.sub('[^A-Za-z0-9_]', '_', frame)
-    return f'_{name}' if name[0].isdigit() else name
-
-
-def topics(value: Any) -> tuple[str, ...]:
-    """Return one or several topics, given as a string or a list."""
-    names = (value,) if isinstance(value, str) else strings(value)
-    if not names or not all(name.strip() for name in names):
-        raise ValueError
-    return tuple(dict.fromkeys(names))
-
-
-def numbers(count: int, largest: float) -> Check:
-    """Return a check for so many finite numbers."""
-    def check(value: Any) -> tuple[float, ...]:
-        values = tuple(map(number(-largest, largest), _items(value)))
-        if len(values) != count:
-            raise ValueError
-        return values
-    return check
-
-
-def strings(value: Any) -> tuple[str, ...]:
-    """Return a list of strings as a tuple."""
-    items = _items(value)
-    if isinstance(value, (str, bytes)) or not all(isinstance(v, str) for v in items):
-        raise ValueError
-    return tuple(items)
-
-
-def _items(value: Any) -> list[Any]:
-    try:
-        return list(value)
-    except TypeError:
-        raise ValueError from None
-
-
-def _choice(name: str, default: str, text: str, choices: tuple[str, ...]) -> Setting:
-    return Setting(name, default, text, f'one of {", ".join(choices)}', one_of(*choices))
-
-
-def _quantity(name: str, default: float, text: str, low: float, high: float) -> Setting:
-    return Setting(name, default, text, f'a number from {low:g} to {high:g}',
-                   number(low, high), span=(low, high))
 
 
 NODE = (
@@ -211,8 +38,8 @@ NODE = (
             'different names of letters, digits and underscores, beginning with a letter, as a '
             'list such as [arm]',
             robot_names, 'configured'),
-    _quantity('diagnostics_rate', 1.0, 'Rate of the messages on /diagnostics [Hz]; 0: none.',
-              0.0, 100.0),
+    quantity('diagnostics_rate', 1.0, 'Rate of the messages on /diagnostics [Hz]; 0: none.',
+             0.0, 100.0),
     Setting('autostart', True,
             'Configure and activate at once; false: a lifecycle manager does it.',
             'true or false', boolean, 'started'),
@@ -254,32 +81,32 @@ ROBOT = (
             'a topic name or a list of them', topics, 'configured'),
     Setting('outputs', ['twist', 'accel'], 'What is published, each on <robot>/<output>.',
             f'a list of {", ".join(OUTPUTS)}', some_of(*OUTPUTS)),
-    _choice('expressed_in', 'base', 'Axes of the published vectors, and their frame_id.',
-            ('base', 'tip')),
-    _choice('reference_point', 'tip',
-            'Point of the end effector the linear parts refer to: origin of the tip frame, or '
-            'the material point now at the origin of the base frame.', ('tip', 'base')),
+    choice('expressed_in', 'base', 'Axes of the published vectors, and their frame_id.',
+           ('base', 'tip')),
+    choice('reference_point', 'tip',
+           'Point of the end effector the linear parts refer to: origin of the tip frame, or '
+           'the material point now at the origin of the base frame.', ('tip', 'base')),
     Setting('gravity', [0.0, 0.0, -9.80665],
             'Acceleration of free fall in the axes of the base frame, for imu [m/s^2].',
             'three finite numbers of at most 1000, all written with a point (0.0)',
             numbers(3, 1000.0)),
-    _choice('velocity_source', 'auto',
-            'Joint velocity: measured (as received), estimated (from positions alone), or auto '
-            '(estimated, with the measured one as far as it proves right).', VELOCITY_SOURCES),
-    _quantity('stale_timeout', 0.5,
-              'Joints not heard of for this long are missing, and outputs stop [s].',
-              0.01, 3600.0),
-    _quantity('markers_rate', 20.0, 'Highest rate of the markers [Hz].', 0.1, 1000.0),
-    _choice('estimator.kind', 'bank', 'How rates are estimated; bank tunes itself.',
-            tuple(ESTIMATORS)),
-    _quantity('estimator.delay', 0.0,
-              'Outputs describe, and are stamped with, the instant this long before the latest '
-              'sample [s]; 0.02 makes accelerations several times as accurate.', 0.0, 1.0),
-    _quantity('estimator.max_gap', 0.25,
-              'A longer pause between samples starts the estimation anew [s].', 0.001, 60.0),
-    _quantity('estimator.max_velocity', MAX_VELOCITY,
-              'A joint that seems to move faster, or 1.5 times as fast as its description allows, '
-              'is refused as implausible [rad/s or m/s].', 1e-3, 1e6),
+    choice('velocity_source', 'auto',
+           'Joint velocity: measured (as received), estimated (from positions alone), or auto '
+           '(estimated, with the measured one as far as it proves right).', VELOCITY_SOURCES),
+    quantity('stale_timeout', 0.5,
+             'Joints not heard of for this long are missing, and outputs stop [s].',
+             0.01, 3600.0),
+    quantity('markers_rate', 20.0, 'Highest rate of the markers [Hz].', 0.1, 1000.0),
+    choice('estimator.kind', 'bank', 'How rates are estimated; bank tunes itself.',
+           tuple(ESTIMATORS)),
+    quantity('estimator.delay', 0.0,
+             'Outputs describe, and are stamped with, the instant this long before the latest '
+             'sample [s]; 0.02 makes accelerations several times as accurate.', 0.0, 1.0),
+    quantity('estimator.max_gap', 0.25,
+             'A longer pause between samples starts the estimation anew [s].', 0.001, 60.0),
+    quantity('estimator.max_velocity', MAX_VELOCITY,
+             'A joint that seems to move faster, or 1.5 times as fast as its description allows, '
+             'is refused as implausible [rad/s or m/s].', 1e-3, 1e6),
 )
 
 
