@@ -126,6 +126,23 @@ class PoseEncoder(_Encoder):
         super().__init__([frame_id], range(7))
 
 
+class WrenchEncoder(_Encoder):
+    """
+    Writes `WrenchStamped` from force [N] and torque [N m].
+
+    Parameters
+    ----------
+    frame_id : str
+        Frame of the sensor.
+
+    """
+
+    __slots__ = ()
+
+    def __init__(self, frame_id: str) -> None:
+        super().__init__([frame_id], range(6))
+
+
 class TwistWithCovarianceEncoder(_Encoder):
     """
     Writes `TwistWithCovarianceStamped` and `AccelWithCovarianceStamped`.

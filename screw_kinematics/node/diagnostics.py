@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Collection, Iterable, Mapping, Sequence
 import time
-from typing import Any
+from typing import Any, NamedTuple
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.node import Node
@@ -14,6 +14,7 @@ from rclpy.time import Time
 
 from .joint_input import JointInput
 from .robot import Robot
+from .wrench_input import WrenchInput
 from .. import core
 from ..errors import Reason, ScrewKinematicsError
 from ..motion import MotionEstimator
@@ -25,6 +26,8 @@ HARMLESS = (Reason.NO_JOINT, Reason.JOINTS_MISSING)
 
 FOREIGN_AGE = 10.0
 """Outputs that keep coming and are older than this, or so far ahead, are of another clock [s]."""
+
+Input = JointInput | WrenchInput
 
 OK, WARN, ERROR, STALE = (DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR,
                           DiagnosticStatus.STALE)
@@ -56,8 +59,8 @@ class Diagnostics:
         (logger.info if self._core.compiled else logger.warning)(str(self._core))
 
     def report(self, now: Time, state: str, inputs: Mapping[str, JointInput],
-               robots: Collection[Robot], faults: Sequence[str],
-               failure: ScrewKinematicsError | None) -> DiagnosticArray:
+               wrench_inputs: Mapping[str, WrenchInput], robots: Collection[Robot],
+               faults: Sequence[str], failure: ScrewKinematicsError | None) -> DiagnosticArray:
         """
         Return the message for /diagnostics.
 
@@ -67,7 +70,7 @@ class Diagnostics:
             By the node's clock.
         state : str
             Of its life cycle.
-        inputs : mapping from str to JointInput
+        inputs, wrench_inputs : mapping from str to JointInput and to WrenchInput
             By topic.
         robots : collection of Robot
             In the order of their parameter.
@@ -80,13 +83,14 @@ class Diagnostics:
         array = DiagnosticArray()
         array.header.stamp = now.to_msg()
         array.status = [
-            self._of_node(state, inputs, [robot.name for robot in robots], faults, failure),
+            self._of_node(state, {**inputs, **wrench_inputs}, [robot.name for robot in robots],
+                          faults, failure),
             *(self._of_robot(now, state, robot, max(
                 [each.publishers for each in inputs.values() if robot in each.robots], default=0))
               for robot in robots)]
         return array
 
-    def log_news(self, inputs: Mapping[str, JointInput], robots: Iterable[Robot]) -> None:
+    def log_news(self, inputs: Mapping[str, Input], robots: Iterable[Robot]) -> None:
         """Log what was refused since the last time, at most every few seconds; and what is new."""
         now = time.monotonic()
         for robot in robots:
@@ -115,7 +119,7 @@ class Diagnostics:
             self._incomplete[robot.name] = float('inf')
             self._node.get_logger().warning(f'{robot.name}: {robot.pipeline.describe_missing()}')
 
-    def _of_node(self, state: str, inputs: Mapping[str, JointInput], robots: list[str],
+    def _of_node(self, state: str, inputs: Mapping[str, Input], robots: list[str],
                  faults: Sequence[str], failure: ScrewKinematicsError | None,
                  ) -> DiagnosticStatus:
         level, message = (OK, state) if self._core.compiled else (WARN, str(self._core))
@@ -165,6 +169,17 @@ class _Counts:
         self.received, self.outputs = account.received, account.outputs
         self.faults = _faults(robot).total()
         self.used_later = account.used_later.total()
+        self.wrenches = {tip: _WrenchCounts(sensor.account.received,
+                                            sensor.account.refused.total(), sensor.compensated)
+                         for tip, sensor in robot.publishers.sensors.items()}
+
+
+class _WrenchCounts(NamedTuple):
+    """Counts of a force sensor at one time."""
+
+    received: int
+    refused: int
+    compensated: int
 
 
 def _values(now: Time, robot: Robot, counts: _Counts, since: _Counts) -> dict[str, Any]:
@@ -181,6 +196,12 @@ def _values(now: Time, robot: Robot, counts: _Counts, since: _Counts) -> dict[st
     values |= {f'used {reason}': n for reason, n in account.used_later.items()}
     if account.incomplete:
         values['outputs without derivatives not known yet'] = account.incomplete
+    for sensor in robot.publishers.sensors.values():
+        topic = sensor.settings.wrench_topic
+        values |= {f'{topic} wrenches': sensor.account.received,
+                   f'{topic} compensated': sensor.compensated}
+        values |= {f'{topic} refused {reason}': n for reason, n in sensor.account.refused.items()}
+        values |= {f'{topic} missing {reason}': n for reason, n in sensor.left_out.items()}
     values['outputs listened to'] = ', '.join(robot.publishers.wanted_names)
     if pipeline is None:
         return values
@@ -219,6 +240,10 @@ def _judgement(robot: Robot, state: str, counts: _Counts, since: _Counts,
         return WARN, f'{new_faults} messages refused: {_most_frequent(robot)}'
     if not robot.publishers.wanted:
         return OK, 'ready; nobody listens'
+    complaints = [text for tip in robot.publishers.sensors if robot.wants_wrench(tip)
+                  for text in _wrench_complaints(robot, tip, counts, since)]
+    if outputs and complaints:
+        return WARN, '; '.join(complaints)
     doubts = pipeline.doubts()
     if new and not outputs:
         return (WARN if doubts else OK), '; '.join(
@@ -228,6 +253,28 @@ def _judgement(robot: Robot, state: str, counts: _Counts, since: _Counts,
                       f'{"old" if age > 0 else "ahead"}; is use_sim_time as it should be?')
     # Doubts are no fault: the estimator has already acted on them.
     return OK, '; '.join(['running', *doubts])
+
+
+def _wrench_complaints(robot: Robot, tip: int, counts: _Counts, since: _Counts) -> list[str]:
+    """Return what is wrong with a force sensor whose compensated wrench is wanted."""
+    sensor = robot.publishers.sensors[tip]
+    topic, account = sensor.settings.wrench_topic, sensor.account
+    now = counts.wrenches[tip]
+    before = since.wrenches.get(tip, now)
+    complaints = []
+    if now.refused > before.refused:
+        reason, _ = account.refused.most_common(1)[0]
+        complaints.append(f'{topic}: {now.refused - before.refused} wrenches refused: {reason} '
+                          f'({account.details.get(reason, "")})')
+    latest = sensor.latest_ns
+    if not now.received:
+        complaints.append(f'{topic}: no wrench has come')
+    elif latest is not None and now.compensated == before.compensated:
+        apart = (robot.stamp_ns - latest) * 1e-9
+        if abs(apart) > sensor.settings.stale_timeout:
+            complaints.append(f'{topic}: the latest wrench is {abs(apart):.6g} s '
+                              f'{"older" if apart > 0 else "newer"} than the latest joint states')
+    return complaints
 
 
 def _age(now: Time, robot: Robot) -> float | None:

@@ -1,21 +1,37 @@
 # Copyright screw_kinematics contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Joint states in another encapsulation than plain little-endian CDR."""
+"""Messages in another encapsulation than plain little-endian CDR."""
 from __future__ import annotations
 
+from typing import Any
+
+from geometry_msgs.msg import WrenchStamped
 from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import JointState
 
 from ..errors import MalformedMessageError
 from ..messages.joint_state import JointSample
+from ..messages.wrench import WrenchSample
 
 
 def read_by_middleware(data: bytes) -> JointSample:
     """Return the sample in a serialized message, by the middleware's own deserialisation."""
-    try:
-        message = deserialize_message(data, JointState)
-    except RuntimeError as error:
-        raise MalformedMessageError('JointState', str(error).splitlines()[0]) from None
+    message = _deserialized(data, JointState)
     stamp = message.header.stamp
     return JointSample(stamp.sec * 10**9 + stamp.nanosec, tuple(message.name),
                        tuple(message.position), tuple(message.velocity))
+
+
+def wrench_by_middleware(data: bytes) -> WrenchSample:
+    """Return the wrench in a serialized message, likewise."""
+    message = _deserialized(data, WrenchStamped)
+    stamp, force, torque = message.header.stamp, message.wrench.force, message.wrench.torque
+    return WrenchSample(stamp.sec * 10**9 + stamp.nanosec, message.header.frame_id,
+                        (force.x, force.y, force.z, torque.x, torque.y, torque.z))
+
+
+def _deserialized(data: bytes, kind: Any) -> Any:
+    try:
+        return deserialize_message(data, kind)
+    except RuntimeError as error:
+        raise MalformedMessageError(kind.__name__, str(error).splitlines()[0]) from None

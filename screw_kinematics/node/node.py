@@ -23,6 +23,7 @@ from .parameters import as_values, NodeParameters
 from .requests import answer_always
 from .robot import Robot
 from .worker import Worker
+from .wrench_input import WrenchInput
 from ..errors import ParameterError, ScrewKinematicsError
 
 HOUSEKEEPING_PERIOD = 0.1
@@ -57,6 +58,7 @@ class KinematicStatePublisher(LifecycleNode):
         super().__init__('kinematic_state_publisher', start_parameter_services=False, **options)
         self.robots: dict[str, Robot] = {}
         self.inputs: dict[str, JointInput] = {}
+        self.wrench_inputs: dict[str, WrenchInput] = {}
         self.failure: ScrewKinematicsError | None = None
         self.unknown_parameters: list[str] = []
         self.state = 'unconfigured'
@@ -170,6 +172,10 @@ class KinematicStatePublisher(LifecycleNode):
                 self, robots, 'joint_states_topic',
                 lambda r: r.settings.joint_states_topic).items():
             self.inputs[topic] = JointInput(self, topic, listeners)
+        for topic, listeners in by_topic(
+                self, robots, 'wrench_topic',
+                lambda r: [p.wrench_topic for p in r.settings.parts if p.wrench_topic]).items():
+            self.wrench_inputs[topic] = WrenchInput(self, topic, listeners)
         undescribed = [r for r in robots if not r.settings.description]
         for topic, listeners in by_topic(
                 self, undescribed, 'description_topic',
@@ -193,6 +199,8 @@ class KinematicStatePublisher(LifecycleNode):
     def _unsubscribe(self) -> None:
         for joint_input in self.inputs.values():
             joint_input.unsubscribe()
+        for wrench_input in self.wrench_inputs.values():
+            wrench_input.unsubscribe()
 
     def _clean_up(self) -> None:
         for subscription in self._descriptions:
@@ -200,6 +208,7 @@ class KinematicStatePublisher(LifecycleNode):
         self._descriptions.clear()
         self._unsubscribe()
         self.inputs.clear()
+        self.wrench_inputs.clear()
         for robot in self.robots.values():
             robot.close()
         self.robots.clear()
@@ -213,7 +222,10 @@ class KinematicStatePublisher(LifecycleNode):
         now = self.get_clock().now().nanoseconds * 1e-9
         for robot in self.robots.values():
             robot.update_demand(now)
-        self._diagnostics.log_news(self.inputs, self.robots.values())
+        if self.state == 'active':
+            for wrench_input in self.wrench_inputs.values():
+                wrench_input.update_demand()
+        self._diagnostics.log_news({**self.inputs, **self.wrench_inputs}, self.robots.values())
 
     def _publish_diagnostics(self) -> None:
         self._report.publish(self.report())
@@ -221,7 +233,8 @@ class KinematicStatePublisher(LifecycleNode):
     def report(self) -> DiagnosticArray:
         """Return the message for /diagnostics."""
         return self._diagnostics.report(
-            self.get_clock().now(), self.state, self.inputs, self.robots.values(),
+            self.get_clock().now(), self.state, self.inputs, self.wrench_inputs,
+            self.robots.values(),
             self.unknown_parameters, self.failure)
 
     def _set_report_rate(self, rate: float) -> None:

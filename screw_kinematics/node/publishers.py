@@ -12,12 +12,15 @@ from rclpy.qos import QoSProfile
 from rclpy.qos_overriding_options import QoSOverridingOptions
 
 from .markers import MarkerPublisher
+from ..messages.wrench import WrenchSample
+from ..pipeline.compensation import Compensation, WrenchWriter
 from ..pipeline.kinematics import State
 from ..pipeline.message_writers import JointColumns, message_writer, MessageWriter
 from ..pipeline.outputs import KINDS
 from ..pipeline.robot_model import tips_of
 from ..pipeline.robot_program import Needs, RobotProgram
 from ..pipeline.settings import RobotSettings
+from ..pipeline.wrench_sensor import WrenchSensor
 
 
 class OutputPublisher(Protocol):
@@ -56,6 +59,25 @@ class BytesPublisher:
         self._handle.publish_raw(self._writer.encode(state))
 
 
+class WrenchPublisher:
+    """Publishes wrenches as soon as the state and the measured wrench of an instant are there."""
+
+    def __init__(self, publisher: Publisher, compensation: Compensation, order: int) -> None:
+        self.order = order
+        self._handle = publisher.handle
+        self._compensation = compensation
+
+    def publish(self, state: State) -> None:
+        """Publish what can be told with this state."""
+        for message in self._compensation.take_state(state):
+            self._handle.publish_raw(message)
+
+    def take(self, sample: WrenchSample) -> None:
+        """Publish what can be told with this wrench."""
+        for message in self._compensation.take_wrench(sample):
+            self._handle.publish_raw(message)
+
+
 class Topic(NamedTuple):
     """An output of one tip of the robot, by the tip's number."""
 
@@ -76,6 +98,8 @@ class Publishers:
     ----------
     wanted : tuple of Topic
         Those that somebody listened to when last asked.
+    sensors : dict from int to WrenchSensor
+        Force sensors, by the number of the tip that has one.
 
     """
 
@@ -85,6 +109,7 @@ class Publishers:
         self._active: dict[Topic, OutputPublisher] = {}
         self._names: dict[Topic, str] = {}
         self._tips = 1
+        self.sensors: dict[int, WrenchSensor] = {}
         self.wanted: tuple[Topic, ...] = ()
 
     def advertise(self, settings: RobotSettings) -> None:
@@ -92,6 +117,8 @@ class Publishers:
         self._tips = len(settings.parts)
         wanted = {Topic(k, output): f'{part.topic}/{output}'
                   for k, part in enumerate(settings.parts) for output in part.outputs}
+        self.sensors = {k: self._sensor(k, part) for k, part in enumerate(settings.parts)
+                        if part.wrench_topic}
         self._names = {topic: name.removeprefix(f'{settings.topic}/')
                        for topic, name in wanted.items()}
         for topic in self._publishers.keys() - wanted.keys():
@@ -162,6 +189,12 @@ class Publishers:
             if topic.output == 'markers':
                 self._active[topic] = MarkerPublisher(
                     publisher.publish, slices, own, own.frame_prefix + chain.base_frame)
+            elif topic.output == 'compensated_wrench':
+                sensor = self.sensors[topic.tip]
+                sensor.mount(chain)
+                self._active[topic] = WrenchPublisher(publisher, Compensation(
+                    WrenchWriter(slices, own, sensor), sensor, own.stale_timeout),
+                    KINDS[topic.output].order)
             else:
                 joints = JointColumns(columns[topic.tip], len(model.joint_names))
                 self._active[topic] = BytesPublisher(
@@ -178,6 +211,17 @@ class Publishers:
             if publisher.order <= state.order:
                 publisher.publish(state)
 
+    def take_wrench(self, tip: int, sample: WrenchSample) -> None:
+        """Take what the force sensor of a tip says, if its compensation is active."""
+        publisher = self._active.get(Topic(tip, 'compensated_wrench'))
+        if isinstance(publisher, WrenchPublisher):
+            publisher.take(sample)
+
+    def forget_wrenches(self) -> None:
+        """Forget what the force sensors said, as after a jump of the clock."""
+        for sensor in self.sensors.values():
+            sensor.reset()
+
     def clear_markers(self) -> None:
         """Delete the markers that viewers show of this robot."""
         for publisher in self._active.values():
@@ -191,6 +235,13 @@ class Publishers:
             self._node.destroy_publisher(publisher)
         self._publishers.clear()
         self.wanted = ()
+
+    def _sensor(self, tip: int, settings: RobotSettings) -> WrenchSensor:
+        """Return the force sensor of a tip; the one it had, if it may stay as it is."""
+        before = self.sensors.get(tip)
+        if before is None:
+            return WrenchSensor(settings)
+        return before if before.settings == settings else before.renewed(settings)
 
 
 def message_type(name: str) -> Any:

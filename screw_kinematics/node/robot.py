@@ -8,10 +8,11 @@ from typing import Any
 
 from rclpy.node import Node
 
-from .publishers import Publishers
+from .publishers import Publishers, Topic
 from .worker import Worker
 from ..errors import ModelError, Reason, ScrewKinematicsError
 from ..messages.joint_state import JointSample
+from ..messages.wrench import WrenchSample
 from ..pipeline.account import Account
 from ..pipeline.kinematics import Kinematics
 from ..pipeline.robot_model import (
@@ -78,6 +79,18 @@ class Robot:
             if state is None:
                 self.account.close(Reason.INTERNAL_ERROR, repr(error))
             pipeline.reset()            # what was half done is not to be built on
+            self._log.error(f'{self.name}: {error!r}', throttle_duration_sec=5.0)
+
+    def wants_wrench(self, tip: int) -> bool:
+        """Return whether somebody listens to the compensated wrench of a tip."""
+        return Topic(tip, 'compensated_wrench') in self.publishers.wanted
+
+    def take_wrench(self, tip: int, sample: WrenchSample) -> None:
+        """Take what the force sensor of a tip says, and publish what can be told with it."""
+        try:
+            self.publishers.take_wrench(tip, sample)
+        except Exception as error:      # a fault of one robot must not end the others
+            self.publishers.forget_wrenches()
             self._log.error(f'{self.name}: {error!r}', throttle_duration_sec=5.0)
 
     def load_from_parameter(self) -> None:
@@ -154,6 +167,7 @@ class Robot:
     def reset(self) -> None:
         """Forget the samples so far, as after a jump of the clock."""
         self.publishers.clear_markers()
+        self.publishers.forget_wrenches()
         if self.pipeline is not None:
             self.pipeline.reset()
 

@@ -7,7 +7,7 @@ Each class here writes one kind of message; all have the same ``encode``.
 """
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -15,6 +15,7 @@ import numpy as np
 
 from .kinematics import State
 from .outputs import KINDS
+from .own_motion import OwnMotion, Slices
 from .robot_model import moving_joints, MovingJoint
 from .settings import RobotSettings
 from ..chains.covariance import through_jacobian
@@ -23,8 +24,6 @@ from ..messages.stamped import (
     ImuEncoder, PoseEncoder, TwistEncoder, TwistWithCovarianceEncoder, VelocityEncoder)
 from ..screws.rotations import quaternion_from_row
 from ..screws.se3 import Array
-
-Slices = Mapping[str, slice]
 
 
 @dataclass(frozen=True)
@@ -207,8 +206,8 @@ class ImuWriter:
     def __init__(self, slices: Slices, frames: Frames, settings: RobotSettings,
                  joints: JointColumns) -> None:
         self._joints = joints
-        self._pose, self._twist, self._accel, self._jacobian = (
-            slices[need] for need in KINDS['imu'].needs)
+        self._motion = OwnMotion(slices, settings)
+        self._pose, self._jacobian = slices['pose'], slices['jacobian']
         self._in_base = settings.expressed_in == 'base'
         self._at_base = settings.reference_point == 'base'
         self._gravity = np.array(settings.gravity)
@@ -216,23 +215,20 @@ class ImuWriter:
 
     def encode(self, state: State) -> bytes:
         """Return the serialized message."""
+        felt = self._motion.of(state.values)
+        force, omega, _ = felt.specific_force(self._gravity)
         row = state.values[self._pose]
-        to_base = np.array(row[3:]).reshape(3, 3)
-        to_tip = to_base.T if self._in_base else np.eye(3)
-        w, _ = np.reshape(state.values[self._twist], (2, 3)) @ to_tip.T
-        alpha, a = np.reshape(state.values[self._accel], (2, 3)) @ to_tip.T
+        to_tip = felt.to_base.T if self._in_base else np.eye(3)
         jacobian = np.reshape(state.values[self._jacobian], (6, -1))
         turning, moving = to_tip @ jacobian[:3], to_tip @ jacobian[3:]
         if self._at_base:       # from the point at the base's origin to the tip
-            r = to_base.T @ row[:3]
-            a = a + np.cross(alpha, r) + np.cross(w, np.cross(w, r))
-            moving = moving + np.cross(turning, r, axisa=0, axisc=0)
+            moving = moving + np.cross(turning, felt.to_base.T @ row[:3], axisa=0, axisc=0)
         of_position, of_velocity, of_acceleration = (
             np.array(self._joints.select(state.motion.variances, k)) for k in range(3))
         return self._encoder.encode(state.stamp_ns, [
             *quaternion_from_row(row[3:]), *_covariance(turning, of_position),
-            *w.tolist(), *_covariance(turning, of_velocity),
-            *(a - to_base.T @ self._gravity).tolist(), *_covariance(moving, of_acceleration)])
+            *omega, *_covariance(turning, of_velocity),
+            *force, *_covariance(moving, of_acceleration)])
 
 
 def _covariance(jacobian: Array, variances: Array) -> list[float]:

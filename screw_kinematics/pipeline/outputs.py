@@ -50,6 +50,7 @@ KINDS = {
                                        covariance=True),
     'imu': OutputKind('sensor_msgs/msg/Imu', 2, ('pose', 'twist', 'accel', 'jacobian'), size=0,
                       covariance=True),
+    'compensated_wrench': _geometry('Wrench', 2, 'pose', 'twist', 'accel', size=0),
     'joint_motion': OutputKind('trajectory_msgs/msg/JointTrajectory', 2, (), size=0),
     'joint_states': OutputKind('sensor_msgs/msg/JointState', 1, (), size=0),
     'markers': OutputKind('visualization_msgs/msg/MarkerArray', 2,

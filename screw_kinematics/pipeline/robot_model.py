@@ -117,6 +117,11 @@ def check_outputs(settings: RobotSettings, model: Any) -> None:
         raise ParameterError(
             f'{settings.name}.outputs', list(settings.outputs),
             f'passive_joint_states for parallel robots only, which {model!r} is not')
+    if settings.wrench_frame and settings.wrench_frame not in model.fixed_frames:
+        raise ParameterError(
+            f'{settings.name}.wrench_frame', settings.wrench_frame,
+            f'a link that is fixed to the tip frame {model.tip_frame!r}: '
+            f'{", ".join(model.fixed_frames)} (for a sensor elsewhere name its link in tips)')
 
 
 def plausible_velocities(motion: MotionSettings, model: Any) -> tuple[float, ...]:

@@ -65,6 +65,7 @@ class RobotPipeline:
                  account: Account | None = None) -> None:
         self.account = Account() if account is None else account
         self.settings = settings
+        self._offset_ns = settings.stamp_offset_ns
         self.continuous = (False,) * len(joint_names) if continuous is None else (
             tuple(continuous))
         self.max_velocity = (settings.max_velocity,) * len(joint_names) if max_velocity is None \
@@ -109,6 +110,8 @@ class RobotPipeline:
 
         """
         close = self.account.close
+        if self._offset_ns:
+            sample = sample._replace(stamp_ns=sample.stamp_ns + self._offset_ns)
         reading = self._groups.read(sample)
         if isinstance(reading, Reason):
             return close(reading)

@@ -12,6 +12,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from .outputs import OUTPUTS
+from .payload import is_inertia, Payload
 from .setting import (
     boolean, choice, nonempty, numbers, one_of, quantity, robot_names, Setting, some_of,
     text, tip_frames, topic_name, topics)
@@ -31,6 +32,16 @@ LONGEST_DELAYS = {'savitzky_golay': 0.14, 'finite_difference': 0.0}
 
 LARGEST_OFFSET = 1e6
 """Of a tool from the tip frame [m, rad]."""
+
+WITH_POINT = 'all written with a point (0.0): ROS takes a mixed list for text'
+
+
+def inertia(value: Any) -> tuple[float, ...]:
+    """Return the six numbers of a body's inertia, or raise ValueError."""
+    six = numbers(6, 1e6)(value)
+    if not is_inertia(six):
+        raise ValueError
+    return tuple(six)
 
 
 NODE = (
@@ -67,13 +78,14 @@ ROBOT = (
     Setting('tips', [''],
             'Frames whose motion is published, each on <robot>/<tip>/<output>, from one '
             'estimator; empty: tip_frame, on <robot>/<output>. <robot>.<tip>.outputs, '
-            '.tool_offset, .expressed_in and .reference_point are those of one tip.',
+            '.tool_offset, .expressed_in, .reference_point, .wrench_* and .payload.* are those of '
+            'one tip.',
             'a list of different frames of the model, without a point in their names',
             tip_frames, 'configured'),
     Setting('tool_offset', [0.0] * 6,
             'Pose of the tool in the tip frame: x y z [m], roll pitch yaw [rad].',
-            f'six finite numbers of at most {LARGEST_OFFSET:g}, all written with a point (0.0): '
-            'ROS takes a mixed list for text', numbers(6, LARGEST_OFFSET)),
+            f'six finite numbers of at most {LARGEST_OFFSET:g}, {WITH_POINT}',
+            numbers(6, LARGEST_OFFSET)),
     Setting('frame_prefix', '', 'Put before the frame names in messages.',
             'a string', text),
     Setting('joint_states_topic', 'joint_states',
@@ -87,12 +99,37 @@ ROBOT = (
            'Point of the end effector the linear parts refer to: origin of the tip frame, or '
            'the material point now at the origin of the base frame.', ('tip', 'base')),
     Setting('gravity', [0.0, 0.0, -9.80665],
-            'Acceleration of free fall in the axes of the base frame, for imu [m/s^2].',
-            'three finite numbers of at most 1000, all written with a point (0.0)',
-            numbers(3, 1000.0)),
+            'Acceleration of free fall in the axes of the base frame, for imu and '
+            'compensated_wrench [m/s^2].',
+            f'three finite numbers of at most 1000, {WITH_POINT}', numbers(3, 1000.0)),
     choice('velocity_source', 'auto',
            'Joint velocity: measured (as received), estimated (from positions alone), or auto '
            '(estimated, with the measured one as far as it proves right).', VELOCITY_SOURCES),
+    Setting('wrench_topic', '',
+            'Topic of a force sensor (geometry_msgs/WrenchStamped), for compensated_wrench.',
+            'a topic name', text, 'configured'),
+    Setting('wrench_frame', '',
+            'Link that the force sensor is fixed to, in whose axes and about whose origin it '
+            'measures; empty: frame_id of its messages.',
+            'a link that is fixed to the tip frame', text),
+    choice('wrench_by', 'load',
+           'Who exerts the measured wrench: the load on the sensor (at rest it is the weight), or '
+           'the sensor on the load (at rest it is what holds the weight).', ('load', 'sensor')),
+    Setting('wrench_bias', [0.0] * 6,
+            'What the sensor shows of no load: force x y z [N], torque x y z [N m].',
+            f'six finite numbers of at most 1e6, {WITH_POINT}', numbers(6, 1e6)),
+    quantity('payload.mass', 0.0, 'Mass of what the force sensor carries [kg].', 0.0, 1e6),
+    Setting('payload.center', [0.0] * 3,
+            "Its centre of mass in the frame of the sensor's link: x y z [m].",
+            f'three finite numbers of at most 1000, {WITH_POINT}', numbers(3, 1000.0)),
+    Setting('payload.inertia', [0.0] * 6,
+            "Its inertia about its centre of mass in the axes of the sensor's link: ixx ixy ixz "
+            'iyy iyz izz [kg m^2].',
+            'six finite numbers, the inertia of a body: no principal moment is negative, or '
+            f'larger than the two others together; {WITH_POINT}', inertia),
+    quantity('stamp_offset', 0.0,
+             'Added to the stamps of joint states before all else: their clock against that of '
+             'other sensors, as check delay finds it [s].', -10.0, 10.0),
     quantity('stale_timeout', 0.5,
              'Joints not heard of for this long are missing, and outputs stop [s].',
              0.01, 3600.0),
@@ -111,7 +148,8 @@ ROBOT = (
 
 
 OF_TIP = tuple(setting for setting in ROBOT if setting.name in (
-    'outputs', 'tool_offset', 'expressed_in', 'reference_point'))
+    'outputs', 'tool_offset', 'expressed_in', 'reference_point')
+    or setting.name.startswith(('wrench_', 'payload.')))
 """What each of several tips may have of its own."""
 
 
@@ -146,6 +184,8 @@ class MotionSettings:
         Kind of estimator, see :func:`make_estimator`.
     delay : float
         The motion describes the instant this long before the latest sample [s].
+    stamp_offset : float
+        Added to the samples' stamps [s].
     options : mapping
         Further keyword arguments of the estimator.
 
@@ -154,7 +194,13 @@ class MotionSettings:
     velocity_source: str = 'auto'
     estimator: str = 'bank'
     delay: float = 0.0
+    stamp_offset: float = 0.0
     options: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def stamp_offset_ns(self) -> int:
+        """Return what is added to the samples' stamps [ns]."""
+        return round(self.stamp_offset * 1e9)
 
     @property
     def max_velocity(self) -> float:
@@ -179,6 +225,11 @@ class RobotSettings:
     expressed_in: str
     reference_point: str
     gravity: tuple[float, ...]
+    wrench_topic: str
+    wrench_frame: str
+    wrench_by: str
+    wrench_bias: tuple[float, ...]
+    payload: Payload
     stale_timeout: float
     markers_rate: float
     motion: MotionSettings
@@ -198,10 +249,10 @@ class RobotSettings:
 
         """
         prefix = f'{name}.'
-        checked = {s.name: s.read(values[s.name], prefix) for s in ROBOT}
+        checked = _gathered({s.name: s.read(values[s.name], prefix) for s in ROBOT})
         estimator = {key.removeprefix('estimator.'): checked.pop(key)
                      for key in list(checked) if key.startswith('estimator.')}
-        source = checked.pop('velocity_source')
+        source, offset = checked.pop('velocity_source'), checked.pop('stamp_offset')
         kind, delay = estimator.pop('kind'), estimator.pop('delay')
         if source == 'measured' and delay > 0:
             raise ParameterError(
@@ -212,12 +263,18 @@ class RobotSettings:
             raise ParameterError(f'{prefix}estimator.delay', delay,
                                  f'at most {longest:g} with estimator.kind {kind!r}')
         settings = cls(name=name, **checked,
-                       motion=MotionSettings(source, kind, delay, estimator))
-        return replace(settings, of_tips=tuple(
-            replace(settings, name=prefix + tip, tip_frame=tip, tips=(), **{
+                       motion=MotionSettings(source, kind, delay, offset, estimator))
+        settings = replace(settings, of_tips=tuple(
+            replace(settings, name=prefix + tip, tip_frame=tip, tips=(), **_gathered({
                 s.name: s.read(values.get(f'{tip}.{s.name}', values[s.name]), f'{prefix}{tip}.')
-                for s in OF_TIP})
+                for s in OF_TIP}))
             for tip in settings.tips))
+        for part in settings.parts:
+            if 'compensated_wrench' in part.outputs and not part.wrench_topic:
+                raise ParameterError(
+                    f'{part.name}.wrench_topic', '',
+                    'the topic of a force sensor, as compensated_wrench is one of the outputs')
+        return settings
 
     @property
     def parts(self) -> tuple[RobotSettings, ...]:
@@ -234,3 +291,11 @@ class RobotSettings:
     def has_tool(self) -> bool:
         """Whether a tool is mounted on the tip frame."""
         return any(self.tool_offset)
+
+
+def _gathered(checked: dict[str, Any]) -> dict[str, Any]:
+    """Return values by name, those of the payload in one."""
+    mark = 'payload.'
+    body = {key.removeprefix(mark): checked.pop(key) for key in list(checked)
+            if key.startswith(mark)}
+    return {**checked, 'payload': Payload(**body)}

@@ -12,12 +12,15 @@ from .blocks import Block, cut
 from .joint_table import JointTable
 from .recording import description_in, full_name, Recording, Sample
 from .smoothing import MotionBlock, Smoother
+from .wrenches import recorded_sensor
 from ..errors import Reason, ToolError
+from ..messages.joint_state import JointSample
 from ..pipeline.account import Account
 from ..pipeline.joint_groups import JointGroups
 from ..pipeline.outputs import KINDS
 from ..pipeline.robot_model import build_model, continuous_joints, plausible_velocities
 from ..pipeline.settings import RobotSettings
+from ..pipeline.wrench_sensor import WrenchSensor
 from ..screws.se3 import Array
 
 LEFT_OUT = ('markers', 'passive_joint_states')
@@ -76,6 +79,8 @@ class RecordedRobot:
         Median time between two samples, in the latest block [s].
     findings : list of str
         What is odd about the samples; of several blocks the first.
+    sensor : WrenchSensor or None
+        The force sensor, once the states are being made, if its compensated wrench is wanted.
 
     """
 
@@ -83,11 +88,13 @@ class RecordedRobot:
                  order: int = 0) -> None:
         self.settings = settings
         self.model = model
+        self._namespace = namespace
         self.topics = tuple(full_name(namespace, topic) for topic in settings.joint_states_topic)
         self.outputs = tuple(name for name in settings.outputs if name not in LEFT_OUT)
         self.account = Account()
         self.period = float('nan')
         self.findings: list[str] = []
+        self.sensor: WrenchSensor | None = None
         self.groups = JointGroups(model.joint_names)
         needs = tuple(dict.fromkeys(
             need for output in self.outputs for need in KINDS[output].needs)) or ('pose',)
@@ -97,6 +104,9 @@ class RecordedRobot:
 
     def states(self, recording: Recording | JointTable, run: Run = map) -> Iterator[StateBlock]:
         """Yield the states in a recording, block by block."""
+        if 'compensated_wrench' in self.outputs:
+            topic = full_name(self._namespace, self.settings.wrench_topic)
+            self.sensor = recorded_sensor(recording, self.settings, self.model, topic)
         asked = self.settings.motion
         smoother = Smoother(asked, continuous_joints(self.model),
                             plausible_velocities(asked, self.model), self.order)
@@ -109,6 +119,13 @@ class RecordedRobot:
                 yield states
 
     def _samples(self, recording: Recording | JointTable) -> Iterator[Sample]:
+        offset = self.settings.motion.stamp_offset_ns
+        for topic, received, sample in self._recorded(recording):
+            if offset and isinstance(sample, JointSample):
+                sample = sample._replace(stamp_ns=sample.stamp_ns + offset)
+            yield topic, received, sample
+
+    def _recorded(self, recording: Recording | JointTable) -> Iterator[Sample]:
         if isinstance(recording, JointTable):
             return recording.samples(dict(zip(self.model.joint_names, self.model.joint_kinds)))
         recording.require_joint_states(set(self.topics))

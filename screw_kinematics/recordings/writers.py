@@ -13,7 +13,8 @@ from .history import QUANTITIES
 from .recording import full_name
 from .states import RecordedRobot, StateBlock
 from .tables import TableWriter
-from ..errors import MissingExtraError
+from ..errors import MissingExtraError, Reason
+from ..pipeline.compensation import WrenchWriter
 from ..pipeline.group_motion import Motion
 from ..pipeline.kinematics import State
 from ..pipeline.message_writers import message_writer, MessageWriter
@@ -58,7 +59,7 @@ class BagWriter:
                               storage_plugin=StoragePlugin[storage.upper()])
         self._types = get_typestore(Stores.ROS2_JAZZY)
         self._namespace = namespace
-        self._topics: dict[str, list[tuple[Any, MessageWriter]]] = {}
+        self._topics: dict[str, list[tuple[Any, MessageWriter | WrenchWriter]]] = {}
         self._writer.open()
 
     def write(self, robot: RecordedRobot, block: StateBlock) -> None:
@@ -73,20 +74,25 @@ class BagWriter:
                 variances):
             state = State(stamp, values, Motion(stamp, moving, unsure), robot.order)
             for connection, writer in self._topics[name]:
-                # Played back together with the recording, states come when the samples come.
-                self._writer.write(connection, received, writer.encode(state))
+                message = writer.encode(state)
+                if not isinstance(message, Reason):
+                    # Played back together with the recording, states come when the samples come.
+                    self._writer.write(connection, received, message)
 
     def close(self) -> None:
         """Write the rest."""
         self._writer.close()
 
-    def _advertise(self, robot: RecordedRobot) -> list[tuple[Any, MessageWriter]]:
+    def _advertise(self, robot: RecordedRobot,
+                   ) -> list[tuple[Any, MessageWriter | WrenchWriter]]:
         settings = robot.settings
         # The messages name the base only.
         topics = full_name(self._namespace, settings.topic).lstrip('/')
         self._writer.set_custom_data(
             f'{topics}.tip_frame', settings.frame_prefix + robot.model.tip_frame)
         return [(self._connection(f'{settings.topic}/{output}', KINDS[output].type_name),
+                 WrenchWriter(robot.program.slices, settings, robot.sensor)
+                 if output == 'compensated_wrench' and robot.sensor is not None else
                  message_writer(output, robot.program.slices, robot.model, settings))
                 for output in robot.outputs]
 

@@ -35,7 +35,8 @@ def test_example_runs_and_the_policy_is_exact(context, tmp_path):
 
 def test_example_writes_out_every_default():
     given = yaml.safe_load(EXAMPLE.read_text())['/**']['ros__parameters']
-    flat = {f'estimator.{key}': value for key, value in given['puma'].pop('estimator').items()}
+    flat = {f'{group}.{key}': value for group in ('estimator', 'payload')
+            for key, value in given['puma'].pop(group).items()}
     flat |= given['puma']
     assert set(flat) == {setting.name for setting in ROBOT_SETTINGS}
     for setting in ROBOT_SETTINGS:
