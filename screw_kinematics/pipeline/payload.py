@@ -10,13 +10,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Union
 
 import numpy as np
 
 from ..screws.se3 import Array
 
-Vector = Sequence[Any]
+Vector = Union[Sequence[Any], Array]
 """Components x, y, z: numbers, or arrays of many instants."""
 
 INERTIAL = ('m', 'm c_x', 'm c_y', 'm c_z', 'I_xx', 'I_xy', 'I_xz', 'I_yy', 'I_yz', 'I_zz')
@@ -58,7 +58,7 @@ class Payload:
         return (m, *(m * c).tolist(), *about[np.triu_indices(3)].tolist())
 
     @classmethod
-    def of(cls, parameters: Sequence[float]) -> Payload:
+    def of(cls, parameters: Sequence[float] | Array) -> Payload:
         """Return the body of some inertial parameters with a mass that is not zero."""
         m, h = parameters[0], np.array(parameters[1:4])
         c = h / m
@@ -129,6 +129,6 @@ def cross(a: Vector, b: Vector) -> tuple[Any, Any, Any]:
     return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
 
 
-def _matrix(six: Sequence[float]) -> Array:
+def _matrix(six: Sequence[float] | Array) -> Array:
     xx, xy, xz, yy, yz, zz = six
     return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]], dtype=float)

@@ -9,41 +9,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .clock_offset import Channels
+from .link_motion import LinkMotion
 from .recording import Recording
 from ..errors import MissingExtraError, ToolError
 from ..screws.se3 import Array
 from ..screws.vectors import skew
 
 GRAVITY = 9.80665    # m/s^2
-
-
-class LinkMotion(NamedTuple):
-    """
-    Motion of a link in the base frame.
-
-    Attributes
-    ----------
-    stamps : array of int, shape (N,)
-        In ns.
-    rotation : array, shape (N, 3, 3)
-        From link to base coordinates.
-    position, velocity, acceleration : array, shape (N, 3)
-        Of its origin, classical.
-    angular_velocity, angular_acceleration : array, shape (N, 3)
-
-    """
-
-    stamps: Array
-    rotation: Array
-    position: Array
-    velocity: Array
-    acceleration: Array
-    angular_velocity: Array
-    angular_acceleration: Array
-
-    def in_link(self, vectors: Array) -> Array:
-        """Return vectors of base coordinates in those of the link, shape (N, 3)."""
-        return np.einsum('nji,nj->ni', self.rotation, vectors)
 
 
 class Stream(NamedTuple):

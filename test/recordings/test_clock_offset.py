@@ -8,7 +8,8 @@ import pytest
 
 from screw_kinematics.errors import ToolError
 from screw_kinematics.recordings.clock_offset import Channels, find_offset
-from screw_kinematics.recordings.motion_streams import channels, LinkMotion, Stream
+from screw_kinematics.recordings.link_motion import LinkMotion
+from screw_kinematics.recordings.motion_streams import channels, Stream
 from screw_kinematics.screws.rotations import rotation_rpy, rotation_vector
 from screw_kinematics.tools.check import main as check
 from support import recordings as rec

@@ -8,12 +8,11 @@ from collections.abc import Iterator
 import numpy as np
 
 from .findings import FACT, Finding, PROBLEM, REMARK
-from ...errors import ToolError
 from ...pipeline.settings import RobotSettings
 from ...recordings.clock_offset import ClockOffset, find_offset
-from ...recordings.motion_streams import channels, LinkMotion, read_stream, Stream
+from ...recordings.link_motion import link_motion
+from ...recordings.motion_streams import channels, read_stream, Stream
 from ...recordings.recording import full_name, Recording
-from ...recordings.states import recorded_robot
 from ...screws.rotations import roll_pitch_yaw
 from ...screws.se3 import Array
 
@@ -25,33 +24,6 @@ _MEASURED = {
     'geometry_msgs/msg/WrenchStamped': ('force',),
     'geometry_msgs/msg/PoseStamped': ('position',),
     'nav_msgs/msg/Odometry': ('angular velocity', 'velocity')}
-
-
-def link_motion(recording: Recording, settings: RobotSettings, namespace: str) -> LinkMotion:
-    """
-    Return the motion of a robot's tip in a recording.
-
-    Raises
-    ------
-    ToolError
-        There are no states of it.
-
-    """
-    robot = recorded_robot(recording, settings, namespace, order=2)
-    program = robot.model.compile(('pose', 'twist', 'accel'))
-    stamps: list[Array] = []
-    rows: list[Array] = []
-    for block in robot.states(recording):
-        found = program.batch(*block.motion[:3])
-        stamps.append(block.stamps)
-        rows.append(np.concatenate([found['pose'], found['twist'], found['accel']], axis=1))
-    if not stamps:
-        raise ToolError(f'{recording.path}: no states of {settings.name}; see check bag')
-    at, values = np.concatenate(stamps), np.concatenate(rows)
-    ahead = np.concatenate([[True], np.diff(np.maximum.accumulate(at)) > 0])
-    at, values = at[ahead], values[ahead]
-    return LinkMotion(at, values[:, 3:12].reshape(-1, 3, 3), values[:, :3], values[:, 15:18],
-                      values[:, 21:24], values[:, 12:15], values[:, 18:21])
 
 
 def compare_clocks(recording: Recording, settings: RobotSettings, namespace: str, topic: str,

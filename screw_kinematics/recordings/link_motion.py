@@ -1,0 +1,70 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The motion of one link in a recording, by past and future."""
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from .recording import Recording
+from .states import recorded_robot
+from ..errors import ToolError
+from ..pipeline.settings import RobotSettings
+from ..screws.se3 import Array
+
+
+class LinkMotion(NamedTuple):
+    """
+    Motion of a link in the base frame.
+
+    Attributes
+    ----------
+    stamps : array of int, shape (N,)
+        In ns.
+    rotation : array, shape (N, 3, 3)
+        From link to base coordinates.
+    position, velocity, acceleration : array, shape (N, 3)
+        Of its origin, classical.
+    angular_velocity, angular_acceleration : array, shape (N, 3)
+
+    """
+
+    stamps: Array
+    rotation: Array
+    position: Array
+    velocity: Array
+    acceleration: Array
+    angular_velocity: Array
+    angular_acceleration: Array
+
+    def in_link(self, vectors: Array) -> Array:
+        """Return vectors of base coordinates in those of the link, shape (N, 3)."""
+        return np.einsum('nji,nj->ni', self.rotation, vectors)
+
+
+def link_motion(recording: Recording, settings: RobotSettings, namespace: str) -> LinkMotion:
+    """
+    Return the motion of a robot's tip in a recording.
+
+    Raises
+    ------
+    ToolError
+        There are no states of it.
+
+    """
+    robot = recorded_robot(recording, settings, namespace, order=2)
+    program = robot.model.compile(('pose', 'twist', 'accel'))
+    stamps: list[Array] = []
+    rows: list[Array] = []
+    for block in robot.states(recording):
+        found = program.batch(*block.motion[:3])
+        stamps.append(block.stamps)
+        rows.append(np.concatenate([found['pose'], found['twist'], found['accel']], axis=1))
+    if not stamps:
+        raise ToolError(f'{recording.path}: no states of {settings.name}; see check bag')
+    at, values = np.concatenate(stamps), np.concatenate(rows)
+    ahead = np.concatenate([[True], np.diff(np.maximum.accumulate(at)) > 0])
+    at, values = at[ahead], values[ahead]
+    return LinkMotion(at, values[:, 3:12].reshape(-1, 3, 3), values[:, :3], values[:, 15:18],
+                      values[:, 21:24], values[:, 12:15], values[:, 18:21])

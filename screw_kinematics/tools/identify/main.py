@@ -1,0 +1,154 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""
+Find parameters of the node from measurements, and print them as a file of parameters.
+
+Exit code 0: found; 1: found, but they cannot be trusted; 2: not found.
+"""
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+import sys
+
+import numpy as np
+
+from .payload import as_yaml, Identified, report
+from .. import console, live_recording, robot_options
+from ..check.findings import Finding, has_problem, REMARK
+from ...errors import ModelError, ParameterError, Reason, ToolError
+from ...messages.wrench import TYPE
+from ...pipeline.parameter_file import read_robots, robot_settings
+from ...pipeline.setting import numbers
+from ...pipeline.settings import RobotSettings
+from ...recordings.clock_offset import ClockOffset, find_offset
+from ...recordings.link_motion import link_motion, LinkMotion
+from ...recordings.motion_streams import channels, Stream
+from ...recordings.payload_fit import fit_payload
+from ...recordings.recording import full_name, Recording
+from ...recordings.wrenches import recorded_wrenches
+
+from ...screws.se3 import Array
+
+EXAMPLES = """\
+  identify payload recording --robot arm.urdf --wrench /ft/wrench
+  identify payload recording --robot arm.urdf --wrench /ft/wrench --frame tool0 > payload.yaml
+  identify payload --params-file kinematic_states.yaml --wrench /ft/wrench --seconds 60
+                                             of the running system
+"""
+_LEAST_OFFSET = 2e-4    # that is told [s]
+_VAGUE = 2e-3           # standard deviation of an offset that says nothing [s]
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the tool; see ``identify --help``."""
+    options = console.parser('identify', __doc__ or '', EXAMPLES)
+    kinds = options.add_subparsers(dest='kind', required=True, metavar='KIND')
+    payload = kinds.add_parser('payload', help='mass, centre and inertia of what a force sensor '
+                                               "carries, and the sensor's bias")
+    live_recording.add_options(payload)
+    payload.add_argument('--wrench', required=True, metavar='TOPIC',
+                         help='geometry_msgs/WrenchStamped of the sensor')
+    payload.add_argument('--frame', metavar='LINK',
+                         help="the sensor's link (default: frame_id of its messages)")
+    which = payload.add_mutually_exclusive_group()
+    which.add_argument('--params-file', type=Path, metavar='FILE',
+                       help='robots and settings, as the node has them')
+    which.add_argument('--robot', nargs='+', action=robot_options.Model, metavar='MODEL',
+                       help='one robot (default: the one on robot_description)')
+    payload.add_argument('--name', metavar='NAME', help='of the robot in the parameters '
+                         '(default: the only one of the file, or robot)')
+    payload.add_argument('--base', metavar='FRAME', help='with --robot')
+    payload.add_argument('--gravity', nargs=3, type=float, metavar=('X', 'Y', 'Z'),
+                         help='free fall in base axes [m/s^2] (default: 0 0 -9.80665)')
+    payload.add_argument('--topic', default='joint_states', metavar='TOPIC',
+                         help='of the joint states, without --params-file')
+    payload.add_argument('--namespace', default='', help='of the node (default: none)')
+    payload.set_defaults(find=_payload)
+    return console.run(lambda arguments: int(arguments.find(arguments)), options, argv)
+
+
+def _payload(arguments: argparse.Namespace) -> int:
+    robot = _robot(arguments)
+    topic = full_name(arguments.namespace, arguments.wrench)
+    with live_recording.recording_of(arguments, [robot], topic) as recording:
+        frame, stamps, values = _wrenches(recording, topic)
+        link = arguments.frame or robot.wrench_frame or frame.removeprefix(robot.frame_prefix)
+        motion = _motion(recording, robot, arguments.namespace, topic, link)
+        damage = [Finding(REMARK, f'damaged: {text}') for text in recording.damage]
+    clock = _clock(motion, stamps, values)
+    if clock is not None:
+        stamps = stamps + round(1e9 * clock.offset)
+    fit = fit_payload(motion, stamps, values, robot.gravity)
+    found = Identified(robot, arguments.wrench, link, fit, clock)
+    findings = [*damage, *report(found)]
+    print(as_yaml(found, findings), end='')
+    return console.FOUND_PROBLEMS if has_problem(findings) else console.OK
+
+
+def _robot(arguments: argparse.Namespace) -> RobotSettings:
+    """Return the one robot that is meant."""
+    gravity = {}
+    if arguments.gravity is not None:
+        try:
+            gravity = {'gravity': numbers(3, 1000.0)(arguments.gravity)}
+        except ValueError:
+            raise ParameterError('gravity', arguments.gravity,
+                                 'three finite numbers of at most 1000') from None
+    if arguments.params_file is None:
+        return robot_settings(arguments.name or 'robot', {
+            'description': arguments.robot or '', 'base_frame': arguments.base or '',
+            'joint_states_topic': arguments.topic, **gravity})
+    robots = read_robots(arguments.params_file, gravity, arguments.namespace)
+    named = [robot for robot in robots if arguments.name in (None, robot.name)]
+    if len(named) != 1:
+        raise ParameterError('name', arguments.name, 'one of '
+                             + ', '.join(robot.name for robot in robots))
+    return named[0]
+
+
+def _wrenches(recording: Recording, topic: str) -> tuple[str, Array, Array]:
+    """Return the frame, stamps that increase, and values of a force sensor."""
+    samples = [sample for sample in recorded_wrenches(recording, topic)
+               if not isinstance(sample, Reason) and np.isfinite(sample.values).all()]
+    if not samples:
+        raise ToolError(f'{recording.path}: {topic}: no wrench is of finite numbers')
+    frames = sorted({sample.frame_id for sample in samples})
+    if len(frames) > 1:
+        raise ToolError(f'{recording.path}: {topic}: wrenches are in the frames '
+                        f'{", ".join(map(repr, frames))}; allowed: one')
+    stamps = np.array([sample.stamp_ns for sample in samples], dtype=np.int64)
+    order = np.argsort(stamps, kind='stable')
+    first = np.concatenate([[True], np.diff(stamps[order]) > 0])
+    return frames[0], stamps[order][first], np.array(
+        [sample.values for sample in samples])[order][first]
+
+
+def _motion(recording: Recording, robot: RobotSettings, namespace: str, topic: str, link: str,
+            ) -> LinkMotion:
+    """Return the motion of the sensor's link."""
+    asked = replace(robot, tip_frame=link, tips=(), of_tips=(), tool_offset=(0.0,) * 6,
+                    outputs=('twist',), wrench_frame='')
+    try:
+        return link_motion(recording, asked, namespace)
+    except ModelError as error:
+        raise ModelError(error.source, f'{error.problem}, as the link of {topic}; name the '
+                         "sensor's link by --frame") from None
+
+
+def _clock(motion: LinkMotion, stamps: Array, values: Array) -> ClockOffset | None:
+    """Return how far the sensor's clock is from that of the joint states, if that is certain."""
+    stream = Stream(TYPE, stamps, values[:, :3])
+    try:
+        clock = find_offset(motion.stamps, stamps, channels(stream, motion))
+    except ToolError:       # too short, or no motion: the fit says so
+        return None
+    certain = clock.deviation < _VAGUE and clock.shares[0] > 0.5
+    apart = abs(clock.offset) > max(_LEAST_OFFSET, 4 * clock.deviation)
+    return clock if certain and apart else None
+
+
+if __name__ == '__main__':
+    raise SystemExit(main(sys.argv[1:]))

@@ -1,0 +1,112 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A recording that is there, or one that is made now of what a running system publishes."""
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable, Collection, Iterator, Mapping
+from contextlib import contextmanager
+from importlib import import_module
+from pathlib import Path
+from tempfile import TemporaryDirectory
+import time
+from typing import Any
+
+from rich.console import Console
+from rich.progress import Progress
+
+from .listener import check_names, Listener
+from ..errors import MissingExtraError, ParameterError
+from ..pipeline.settings import RobotSettings
+from ..recordings.joint_table import JointTable, TableFormat
+from ..recordings.recording import full_name, Recording
+from ..recordings.sources import opened
+
+LONGEST = 3600.0
+"""That is listened to a running system [s]."""
+
+
+def add_options(options: argparse.ArgumentParser) -> None:
+    """Add the recording, and how long to listen if there is none."""
+    options.add_argument('bag', nargs='?', help='of both: a folder, or a .mcap, .db3 or .bag '
+                         'file; without one the running system is listened to')
+    options.add_argument('--seconds', type=float, default=20.0,
+                         help='how long to listen (default: 20); let the robot move')
+
+
+@contextmanager
+def recording_of(arguments: argparse.Namespace, robots: Collection[RobotSettings], topic: str,
+                 ) -> Iterator[Recording]:
+    """
+    Give the recording of the options: the joint states of robots, and another topic.
+
+    Raises
+    ------
+    ParameterError
+        It is a table, or there is none and it is not allowed to listen so long.
+    MissingExtraError
+        ROS is needed to listen, and is not there.
+
+    """
+    if arguments.bag is not None:
+        with opened(arguments.bag, TableFormat()) as recording:
+            if isinstance(recording, JointTable):
+                raise ParameterError('bag', arguments.bag, 'a bag')
+            yield recording
+        return
+    if not 0 < arguments.seconds <= LONGEST:
+        raise ParameterError('seconds', arguments.seconds, f'more than 0, at most {LONGEST:g}')
+    latched = {full_name(arguments.namespace, robot.description_topic) for robot in robots
+               if not robot.description}
+    topics = {full_name(arguments.namespace, name) for robot in robots
+              for name in robot.joint_states_topic} | {full_name(arguments.namespace, topic)}
+    with TemporaryDirectory(prefix='screw_kinematics_') as folder:
+        path = Path(folder) / 'listened'
+        _listen(path, topics, latched, arguments.seconds)
+        with Recording(path) as recording:
+            yield recording
+
+
+def _listen(path: Path, topics: Collection[str], latched: Collection[str], seconds: float) -> None:
+    """Write what comes on some topics into a bag; on latched ones also what came before."""
+    try:
+        from rosbags.rosbag2 import StoragePlugin, Writer
+        from rosbags.typesys import get_typestore, Stores
+    except ImportError:
+        raise MissingExtraError('rosbags', 'bag', 'listening to several topics') from None
+    with Listener({}, 'screw_kinematics_listener') as listener, Writer(
+            path, version=Writer.VERSION_LATEST, storage_plugin=StoragePlugin.MCAP) as writer, \
+            Progress(console=Console(stderr=True), transient=True) as progress:
+        check_names('', [*topics, *latched])
+        types = get_typestore(Stores.ROS2_JAZZY)
+
+        def writer_of(topic: str, kind: str) -> Callable[[bytes], None]:
+            connection = writer.add_connection(topic, kind, typestore=types)
+            return lambda data: writer.write(connection, time.time_ns(), data)
+
+        task = progress.add_task('listening', total=seconds)
+        awaited, end = {*topics, *latched}, time.monotonic() + seconds
+        while (left := end - time.monotonic()) > 0:
+            for topic, kind in _kinds(listener.node, awaited).items():
+                awaited.remove(topic)
+                if kind in types.types:     # else it is none that is understood
+                    _subscribe(listener.node, topic, kind, topic in latched,
+                               writer_of(topic, kind))
+            listener.listen(min(0.2, left))
+            progress.update(task, completed=seconds - max(left, 0))
+
+
+def _kinds(node: Any, topics: Collection[str]) -> Mapping[str, str]:
+    """Return the types of those topics that somebody publishes."""
+    return {name: kinds[0] for name, kinds in node.get_topic_names_and_types()
+            if name in topics and node.count_publishers(name)}
+
+
+def _subscribe(node: Any, topic: str, kind: str, latched: bool, take: Callable[[bytes], None],
+               ) -> None:
+    from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+    package, folder, name = kind.split('/')
+    qos = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL) if latched else (
+        QoSProfile(depth=1000, reliability=ReliabilityPolicy.BEST_EFFORT))
+    node.create_subscription(getattr(import_module(f'{package}.{folder}'), name), topic, take,
+                             qos, raw=True)
