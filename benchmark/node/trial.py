@@ -3,6 +3,7 @@
 """One node in another process: its start, and what it takes at saturation and at 1 kHz."""
 from contextlib import ExitStack
 from dataclasses import dataclass
+import math
 import os
 from pathlib import Path
 import signal
@@ -110,6 +111,8 @@ class Trial:
         received, cpu, begin = self._received, self.cpu_s, time.perf_counter()
         lost = self._saturate(seconds=seconds)
         count = self._received - received
+        if not count:
+            return Saturation(math.inf, 0.0, lost)
         return Saturation((self.cpu_s - cpu) / count * 1e6,
                           count / (time.perf_counter() - begin), lost)
 
@@ -129,7 +132,7 @@ class Trial:
             self._publish[0](data)
         self._settle()
         self._due.clear()
-        latencies = sorted(self._latencies)
+        latencies = sorted(self._latencies) or [math.inf]     # nothing came
         return Latency((self.cpu_s - cpu) / messages * 1e6, statistics.median(latencies) * 1e6,
                        latencies[len(latencies) * 99 // 100] * 1e6)
 

@@ -61,7 +61,7 @@ class Joint:
     point : array, shape (3,)
         Any point of the axis in the base frame [m]; without meaning if prismatic.
     pitch : float
-        Pitch [m/rad], for helical joints only.
+        Pitch [m/rad], which helical joints need; of all others 0.
     mimic : Mimic, optional
         Where the value comes from, if it is not measured itself.
     velocity_limit : float
@@ -85,7 +85,7 @@ class Joint:
     kind: str
     axis: Array
     point: Array = (0, 0, 0)    # type: ignore[assignment]
-    pitch: Any = 0
+    pitch: Any = None
     mimic: Mimic | None = None
     velocity_limit: float = inf
 
@@ -103,6 +103,11 @@ class Joint:
             unit = unit / np.linalg.norm(unit)
             unit.setflags(write=False)
             object.__setattr__(self, 'axis', unit)
+        if self.pitch is None:
+            if self.kind == 'helical':
+                raise InvalidValueError(f"joint {self.name!r}: the kind 'helical' needs a pitch "
+                                        '[m/rad]')
+            object.__setattr__(self, 'pitch', 0)
         if checked_array(f'joint {self.name!r}: pitch', self.pitch, ()).dtype != object:
             if not np.isfinite(self.pitch):
                 raise InvalidValueError(

@@ -139,9 +139,10 @@ def _turned(vector: Derivatives, axis: int, angle: Derivatives) -> Derivatives:
         for m in range(highest + 1 - n):
             y = table[0][m + n].copy()
             for k in range(n):
-                inner = sum(comb(h, k) * table[h - k][m + n - 1 - h] for h in range(k, n))
-                y[i] = y[i] - angle[k + 1] * inner[j]
-                y[j] = y[j] + angle[k + 1] * inner[i]
+                a, b = (sum(comb(h, k) * table[h - k][m + n - 1 - h][across]
+                            for h in range(k, n)) for across in (i, j))
+                y[i] = y[i] - angle[k + 1] * b
+                y[j] = y[j] + angle[k + 1] * a
             table[n].append(y)
     return [row[0] for row in table] if table[0] else []
 

@@ -14,6 +14,7 @@ from __future__ import annotations
 import codecs
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from difflib import get_close_matches
 import re
 from xml.parsers import expat
 
@@ -34,7 +35,8 @@ _OF_JOINTS_WITHOUT_KINEMATICS = frozenset((
     'dont_collapse', 'disable_fixed_joint_lumping', 'implicitSpringDamper', 'material'))
 # Geometry in other formats, which somebody may have meant to be read.
 _OTHER_GEOMETRY = frozenset(('axis2', 'pose', 'thread_pitch', 'screw_thread_pitch', 'frame',
-                             'transform', 'rotation', 'translation', 'quaternion'))
+                             'transform', 'rotation', 'translation', 'quaternion',
+                             'position', 'orientation', 'offset', 'xyz', 'rpy', 'pitch'))
 # Of xacro before it had a prefix; in a joint each of them may stand for anything.
 _OLD_MACROS = frozenset(('include', 'insert_block', 'if', 'unless', 'macro', 'property', 'call'))
 _NO_TEXT = frozenset(('idna', 'punycode', 'unicode-escape', 'unicode_escape',
@@ -160,7 +162,21 @@ class _Reader:
 
 def _may_change_a_joint(tag: str) -> bool:
     local = tag.rpartition(':')[2]
-    return local in _OLD_MACROS or local in _OTHER_GEOMETRY or local in _KINEMATIC[:-1]
+    return (local in _OLD_MACROS or local in _OTHER_GEOMETRY or local in _KINEMATIC[:-1]
+            or meant_part(tag) is not None and local not in _OF_JOINTS_WITHOUT_KINEMATICS)
+
+
+def meant_part(tag: str) -> str | None:
+    """
+    Return the part of a joint that a misspelt tag was likely meant to be.
+
+    Examples
+    --------
+    >>> meant_part('orgin'), meant_part('Axis'), meant_part('dynamics')
+    ('origin', 'axis', None)
+
+    """
+    return next(iter(get_close_matches(tag.lower(), _KINEMATIC[:-1], 1, 0.75)), None)
 
 
 def read_document(source: str, text: str | bytes) -> RobotDocument:

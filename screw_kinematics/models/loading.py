@@ -61,6 +61,8 @@ def load(uri: str | os.PathLike[str], base_frame: str | None = None,
     ('q1', 'q2', 'q3', 'q4', 'q5', 'q6')
 
     """
+    if not isinstance(uri, (str, os.PathLike)) or not str(uri).strip():
+        raise ModelError(repr(uri), 'is no description; allowed: a path or URI')
     source, arguments = split_arguments(os.fspath(uri))
     path = local_path(source)
     ending = path.suffix.lower()

@@ -53,10 +53,15 @@ def local_path(uri: str) -> Path:
         raise ModelError(uri, 'no robot description can be read from there; allowed: '
                          'package://<package>/<path>, file:///<path>, or a path')
     if os.path.isdir(path):
-        raise ModelError(uri, f'is a directory: {path}; allowed: a file')
+        raise ModelError(uri, f'is a directory{_elsewhere(uri, path)}; allowed: a file')
     if not os.path.isfile(path):
-        raise ModelError(uri, f'no such file: {path}')
+        raise ModelError(uri, 'no such file' + _elsewhere(uri, path))
     return Path(path)
+
+
+def _elsewhere(uri: str, path: str) -> str:
+    """Return the path for a message that begins with what was given, unless it is that."""
+    return '' if path == uri else f': {path}'
 
 
 def _package_file(uri: str, package: str, relative: str) -> str:

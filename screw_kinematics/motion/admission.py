@@ -12,8 +12,10 @@ from array import array
 from collections import Counter
 from collections.abc import Sequence
 import math
+from numbers import Real
 
-from ..errors import InvalidValueError, Reason
+from .numbers import for_joints, positive, whole
+from ..errors import Reason
 
 START = 0.0
 """Returned by `Admission.admit` for the first sample of a run."""
@@ -61,31 +63,17 @@ class Admission:
         max_velocity: float | Sequence[float] = 20.0, max_jump: float = 0.02, patience: int = 5,
         back_patience: int = 20, continuous: Sequence[bool] | None = None,
     ) -> None:
-        if n_joints < 1:
-            raise InvalidValueError(f'n_joints is {n_joints}; allowed: 1 or more')
-        velocities = ([max_velocity] * n_joints if isinstance(max_velocity, (int, float))
-                      else list(max_velocity))
-        limits: dict[str, Sequence[float]] = {
-            'max_gap': [max_gap], 'max_back': [max_back], 'max_velocity': velocities,
-            'max_jump': [max_jump], 'patience': [patience], 'back_patience': [back_patience]}
-        for name, values in limits.items():
-            for value in values:
-                if not value > 0:
-                    raise InvalidValueError(f'{name} is {value}; allowed: more than 0')
-        if len(velocities) != n_joints:
-            raise InvalidValueError(
-                f'max_velocity has {len(velocities)} values; allowed: one, or {n_joints}')
-        self.n_joints = n_joints
-        self.max_gap = max_gap
-        self.max_back = max_back
-        self.max_velocity = [float(v) for v in velocities]
-        self.max_jump = max_jump
-        self.patience = patience
-        self.back_patience = back_patience
-        wraps = [False] * n_joints if continuous is None else [bool(c) for c in continuous]
-        if len(wraps) != n_joints:
-            raise InvalidValueError(
-                f'continuous has {len(wraps)} values; allowed: {n_joints}')
+        self.n_joints = n_joints = whole('n_joints', n_joints)
+        self.max_gap = positive('max_gap', max_gap)
+        self.max_back = positive('max_back', max_back)
+        each = ([max_velocity] * n_joints if isinstance(max_velocity, Real)
+                else for_joints('max_velocity', max_velocity, n_joints, 'one, or '))
+        self.max_velocity = [positive('max_velocity', value) for value in each]
+        self.max_jump = positive('max_jump', max_jump)
+        self.patience = positive('patience', patience)
+        self.back_patience = positive('back_patience', back_patience)
+        wraps = [False] * n_joints if continuous is None else [
+            bool(c) for c in for_joints('continuous', continuous, n_joints)]
         self.wraps = wraps if any(wraps) else None
         self.refusals: Counter[Reason] = Counter()
         self.restarts: Counter[str] = Counter()

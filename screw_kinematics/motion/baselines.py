@@ -16,6 +16,7 @@ from .admission import Admission
 from .estimator import MotionEstimator
 from .joint_estimator import JointEstimator, LARGEST_VELOCITY
 from .joint_motion import Array, JointMotion
+from .numbers import positive, whole
 from ..core.bank import Bank
 from ..errors import InvalidValueError, Reason
 
@@ -71,12 +72,8 @@ class FixedKalmanFilter(MotionEstimator):
         position_noise: float = 1e-5, regularise: bool = True, max_gap: float = 0.25,
         max_velocity: float | Sequence[float] = 20.0, continuous: Sequence[bool] | None = None,
     ) -> None:
-        if not bandwidth > 0.0:
-            raise InvalidValueError(f'bandwidth is {bandwidth} Hz; allowed: more than 0')
-        if not position_noise > 0.0:
-            raise InvalidValueError(f'position_noise is {position_noise}; allowed: more than 0')
-        self.bandwidth = float(bandwidth)
-        self.position_noise = float(position_noise)
+        self.bandwidth = positive('bandwidth', bandwidth, ' Hz')
+        self.position_noise = positive('position_noise', position_noise)
         super().__init__(n_joints, delay, 'position-only', regularise=regularise,
                          max_gap=max_gap, max_velocity=max_velocity, continuous=continuous)
 
@@ -118,9 +115,7 @@ class FiniteDifferences(PlainEstimator):
             n_joints, max_gap=max_gap, max_velocity=max_velocity, continuous=continuous), 3)
         if self.delay:
             raise InvalidValueError(f'finite differences: delay is {self.delay} s; allowed: 0')
-        if not cutoff > 0.0:
-            raise InvalidValueError(f'cutoff is {cutoff} Hz; allowed: more than 0')
-        self.cutoff = float(cutoff)
+        self.cutoff = positive('cutoff', cutoff, ' Hz')
         self.velocity_source = velocity
 
     def _start(self, stamp: float, position: array[float],
@@ -193,12 +188,11 @@ class SavitzkyGolay(PlainEstimator):
         max_gap: float = 0.25, max_velocity: float | Sequence[float] = 20.0,
         continuous: Sequence[bool] | None = None,
     ) -> None:
-        if order < 3:
-            raise InvalidValueError(f'order is {order}; allowed: 3 or more')
+        order = whole('order', order, 3)
         super().__init__(n_joints, delay, Admission(
             n_joints, max_gap=max_gap, max_velocity=max_velocity, continuous=continuous),
             max(8, order + 2))
-        if not window > self.delay:
+        if not positive('window', window, ' s') > self.delay:
             raise InvalidValueError(f'window is {window} s; allowed: more than the delay {delay}')
         self.window = float(window)
         self.order = int(order)

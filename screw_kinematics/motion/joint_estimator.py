@@ -15,7 +15,9 @@ from numpy.typing import ArrayLike
 
 from .admission import Admission
 from .joint_motion import JointMotion
-from ..errors import InvalidValueError, Reason
+from .numbers import delay_of, whole
+from .units import times
+from ..errors import Reason
 
 EPOCH_SPAN_NS = 10**16
 """Beyond 116 days a float of seconds resolves less than 2 ns."""
@@ -43,19 +45,15 @@ class JointEstimator(ABC):
 
     def __init__(self, n_joints: int, delay: float, admission: Admission,
                  min_samples: int = 8) -> None:
-        if not 0.0 <= delay <= 1.0:
-            raise InvalidValueError(f'delay is {delay} s; allowed: 0 to 1 s')
-        if min_samples < 1:
-            raise InvalidValueError(f'min_samples is {min_samples}; allowed: 1 or more')
-        self.n_joints = n_joints
-        self.delay = float(delay)
-        self.min_samples = int(min_samples)
+        self.n_joints = int(n_joints)
+        self.delay = delay_of(delay)
+        self.min_samples = whole('min_samples', min_samples)
         self.reason: Reason | None = Reason.SETTLING
         """Why the latest sample led to no estimate; None if it did."""
         self._admission = admission
-        self._delay_ns = round(delay * 1e9)
+        self._delay_ns = round(self.delay * 1e9)
         self._epoch_ns = 0
-        self._pack = Struct(f'{n_joints}d').pack
+        self._pack = Struct(f'{self.n_joints}d').pack
 
     def update(self, stamp: float, position: ArrayLike,
                velocity: ArrayLike | None = None) -> JointMotion | None:
@@ -158,7 +156,7 @@ class JointEstimator(ABC):
         if not admission.restarts['gap']:
             return []
         return [f'pauses of up to {admission.longest_gap:.3g} s, longer than max_gap '
-                f'{admission.max_gap:g} s: begun anew {admission.restarts["gap"]} times']
+                f'{admission.max_gap:g} s: begun anew {times(admission.restarts["gap"])}']
 
     @abstractmethod
     def _take(self, stamp: float, position: array[float],

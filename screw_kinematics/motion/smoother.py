@@ -5,8 +5,8 @@
 from __future__ import annotations
 
 from array import array
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 import reprlib
 from typing import Any
 
@@ -17,6 +17,7 @@ from .divided_differences import roughness
 from .estimator import MotionEstimator
 from .joint_motion import Array
 from .smoothed_velocity import fused
+from .units import unit_doubts
 from ..core.interval_smoother import IntervalSmoother
 from ..errors import InvalidValueError, Reason, ShapeError
 
@@ -56,6 +57,8 @@ class SmoothedMotion:
         Which samples were used; the others were out of order, not finite, or outliers.
     findings : tuple of str
         What is odd about the samples, as short sentences.
+    refused : dict from Reason to int
+        How many samples were not used, by reason.
 
     """
 
@@ -67,6 +70,7 @@ class SmoothedMotion:
     variance: Array
     used: Array
     findings: tuple[str, ...] = ()
+    refused: Mapping[Reason, int] = field(default_factory=dict)
 
 
 @dataclass
@@ -86,6 +90,7 @@ def smooth(
     stamps: Array, positions: Array, velocities: Array | None = None, *,
     continuous: Sequence[bool] | None = None, max_gap: float = 0.25,
     max_velocity: float | Sequence[float] = 20.0,
+    joint_names: Sequence[str] | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> SmoothedMotion:
     """
@@ -108,6 +113,8 @@ def smooth(
         Joints that wrap at 2 pi.
     max_gap, max_velocity : float
         As in `MotionEstimator`.
+    joint_names : sequence of str, optional
+        What findings call the joints; by default 'joint 0', 'joint 1', ...
     progress : callable, optional
         Called with the share that is done, 0 to 1.
 
@@ -134,18 +141,25 @@ def smooth(
         if velocities.shape != positions.shape:
             raise ShapeError('velocities', str(positions.shape), velocities.shape)
     limits = {'max_gap': max_gap, 'max_velocity': max_velocity, 'continuous': continuous}
-    clocks = [run.clock for run in _runs(stamps, positions, limits, [])]
+    clocks = [run.clock for run in _runs(stamps, positions, limits, [])[0]]
     report = progress or (lambda _: None)
     report(0.2)
-    runs = [run for run in _runs(stamps, positions, limits, clocks)
-            if len(run.times) >= FEWEST]
+    every, refused = _runs(stamps, positions, limits, clocks)
+    runs = [run for run in every if len(run.times) >= FEWEST]
+    short = sum(len(run.rows) for run in every if len(run.times) < FEWEST)
+    if short:
+        refused[Reason.RUN_TOO_SHORT] = short
+    names = [f'joint {k}' for k in range(positions.shape[1])] if joint_names is None \
+        else joint_names
+    findings = dict.fromkeys(_odd_units(names, positions, continuous))
     if not runs:
-        raise InvalidValueError('recorded samples: no run of at least 8 good ones')
+        why = [f'{n} of {len(stamps)} refused: {reason}' for reason, n in refused.items()]
+        raise InvalidValueError('; '.join(
+            ['recorded samples: no run of at least 8 good ones', *why, *findings]))
     count, n = sum(len(run.rows) for run in runs), positions.shape[1]
     state, variance = np.empty((count, 4, n)), np.empty((count, 4, n))
     used = np.zeros(len(stamps), bool)
     done = 0
-    findings: dict[str, None] = {}
     for run in runs:
         end = done + len(run.rows)
         _smooth_run(run, stamps, velocities, state[done:end], variance[done:end])
@@ -154,7 +168,7 @@ def smooth(
         findings.update(dict.fromkeys(run.clock.doubts()))
         report(0.2 + 0.8 * done / count)
     return SmoothedMotion(stamps[used], state[:, 0], state[:, 1], state[:, 2], state[:, 3],
-                          variance, used, tuple(findings))
+                          variance, used, tuple(findings), refused)
 
 
 def _numbers(name: str, values: Any) -> Array:
@@ -165,9 +179,21 @@ def _numbers(name: str, values: Any) -> Array:
                                 f'{reprlib.repr(values)}') from None
 
 
-def _runs(stamps: Array, positions: Array, limits: dict[str, Any],
-          known: Sequence[DeviceClock]) -> list[_Run]:
-    """Return the runs of samples, placed in the time of clocks that may be known by run."""
+def _odd_units(names: Sequence[str], positions: Array, continuous: Sequence[bool] | None,
+               ) -> Iterator[str]:
+    wraps = [False] * len(names) if continuous is None else continuous
+    for name, position, may_wrap in zip(names, positions.T, wraps):
+        for doubt in unit_doubts(position, 'continuous' if may_wrap else ''):
+            yield f'{name} {doubt.problem}: {doubt.advice}'
+
+
+def _runs(stamps: Array, positions: Array, limits: dict[str, Any], known: Sequence[DeviceClock],
+          ) -> tuple[list[_Run], dict[Reason, int]]:
+    """
+    Return the runs of samples, and how many samples were refused.
+
+    They are placed in the time of clocks that may be known by run.
+    """
     n = positions.shape[1]
     estimator = MotionEstimator(n, velocity='position-only', **limits)
     runs: list[_Run] = []
@@ -190,7 +216,7 @@ def _runs(stamps: Array, positions: Array, limits: dict[str, Any],
         if time is not None:
             run.times.append(time)
             run.positions.append(estimator.position)
-    return runs
+    return runs, dict(estimator.refusals)
 
 
 def _smooth_run(run: _Run, stamps: Array, velocities: Array | None, state: Array,

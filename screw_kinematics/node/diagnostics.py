@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Collection, Iterable, Mapping, Sequence
+import re
 import time
 from typing import Any, NamedTuple
 
@@ -18,11 +19,16 @@ from .wrench_input import WrenchInput
 from .. import core
 from ..errors import Reason, ScrewKinematicsError
 from ..motion import MotionEstimator
+from ..motion.units import times
 from ..pipeline.joint_groups import listed
+from ..pipeline.stream_watch import NO_VELOCITIES
 
 LOG_PERIOD = 5.0
 HARMLESS = (Reason.NO_JOINT, Reason.JOINTS_MISSING)
 """Reasons to refuse a message that are no fault: a gripper's message is none of the arm's."""
+
+ADVICE = {Reason.NO_VELOCITY: f"velocity_source is 'measured': {NO_VELOCITIES}"}
+"""What is to be said beyond a reason, whatever the message."""
 
 FOREIGN_AGE = 10.0
 """Outputs that keep coming and are older than this, or so far ahead, are of another clock [s]."""
@@ -51,6 +57,7 @@ class Diagnostics:
         self._logged: Counter[str] = Counter()
         self._last_log = -LOG_PERIOD
         self._incomplete: dict[str, float] = {}
+        self._faulty: dict[tuple[str, str], float] = {}
         self._core = core.build()
 
     def log_core(self) -> None:
@@ -85,9 +92,7 @@ class Diagnostics:
         array.status = [
             self._of_node(state, {**inputs, **wrench_inputs}, [robot.name for robot in robots],
                           faults, failure),
-            *(self._of_robot(now, state, robot, max(
-                [each.publishers for each in inputs.values() if robot in each.robots], default=0))
-              for robot in robots)]
+            *(self._of_robot(now, state, robot, _publishers(robot, inputs)) for robot in robots)]
         return array
 
     def log_news(self, inputs: Mapping[str, Input], robots: Iterable[Robot]) -> None:
@@ -95,17 +100,19 @@ class Diagnostics:
         now = time.monotonic()
         for robot in robots:
             self._log_missing(robot, now)
+            self._log_faults(robot, inputs, now)
         if now - self._last_log < LOG_PERIOD:
             return
         counts: Counter[str] = Counter()
         for topic, joint_input in inputs.items():
             counts.update({f'{topic}: {reason}': n for reason, n in joint_input.refused.items()})
         for robot in robots:
-            counts.update({f'{robot.name}: {reason}': n for reason, n in _faults(robot).items()})
+            counts.update({f'{robot.name}: {_told(reason)}': n
+                           for reason, n in _faults(robot).items()})
         news = counts - self._logged
         if news:
             self._node.get_logger().warning('refused messages: ' + ', '.join(
-                f'{what} ({n} times)' for what, n in sorted(news.items())))
+                f'{what} ({times(n)})' for what, n in sorted(news.items())))
             self._last_log = now
         self._logged = counts
 
@@ -118,6 +125,17 @@ class Diagnostics:
         if now - since >= LOG_PERIOD:
             self._incomplete[robot.name] = float('inf')
             self._node.get_logger().warning(f'{robot.name}: {robot.pipeline.describe_missing()}')
+
+    def _log_faults(self, robot: Robot, inputs: Mapping[str, Input], now: float) -> None:
+        """Log once what is wrong with a robot's streams, when that lasts."""
+        if robot.pipeline is None:
+            return
+        for fault in robot.pipeline.faults(_publishers(robot, inputs)):
+            # The numbers in a sentence grow; what it is about is the same.
+            key = robot.name, re.sub(r'[-+.\de]+', '', fault)
+            if now - self._faulty.setdefault(key, now) >= LOG_PERIOD:
+                self._faulty[key] = float('inf')
+                self._node.get_logger().warning(f'{robot.name}: {fault}')
 
     def _of_node(self, state: str, inputs: Mapping[str, Input], robots: list[str],
                  faults: Sequence[str], failure: ScrewKinematicsError | None,
@@ -182,6 +200,12 @@ class _WrenchCounts(NamedTuple):
     compensated: int
 
 
+def _publishers(robot: Robot, inputs: Mapping[str, Input]) -> int:
+    """Return how many publishers a topic of the robot's joint states has at most."""
+    return max([each.publishers for each in inputs.values()
+                if isinstance(each, JointInput) and robot in each.robots], default=0)
+
+
 def _values(now: Time, robot: Robot, counts: _Counts, since: _Counts) -> dict[str, Any]:
     """Return what is reported of a robot, by name."""
     account, pipeline = robot.account, robot.pipeline
@@ -208,7 +232,10 @@ def _values(now: Time, robot: Robot, counts: _Counts, since: _Counts) -> dict[st
     values['model'] = repr(robot.model)
     values['joints missing'] = listed(pipeline.missing())
     age = _age(now, robot)
-    values['age of last output [s]'] = 'none yet' if age is None else round(age, 4)
+    outputs = counts.outputs - since.outputs
+    values['age of last output [s]'] = (
+        'none yet' if age is None else 'not of this clock'
+        if _is_foreign(robot, outputs, age) else round(age, 4))
     values |= _estimation(robot)
     values |= robot.posture_report()
     values['doubts'] = '; '.join(pipeline.doubts())
@@ -228,10 +255,10 @@ def _judgement(robot: Robot, state: str, counts: _Counts, since: _Counts,
     if state != 'active':
         return OK, f'{state}: not listening'
     faults = pipeline.faults(publishers)
+    if 0 < new <= new_faults:
+        return ERROR, '; '.join([f'every message is refused: {_most_frequent(robot)}', *faults])
     if new and faults:
         return WARN, '; '.join(faults)
-    if 0 < new <= new_faults:
-        return ERROR, f'every message is refused: {_most_frequent(robot)}'
     missing = pipeline.missing()
     if missing:
         nothing = len(missing) == len(pipeline.joint_names)
@@ -248,7 +275,8 @@ def _judgement(robot: Robot, state: str, counts: _Counts, since: _Counts,
     if new and not outputs:
         return (WARN if doubts else OK), '; '.join(
             [f'no output: {_most_frequent_use(robot)}', *doubts])
-    if outputs and age is not None and abs(age) > FOREIGN_AGE + robot.settings.motion.delay:
+    if _is_foreign(robot, outputs, age):
+        assert age is not None
         return WARN, (f'stamps are not of this clock: {abs(age):.6g} s '
                       f'{"old" if age > 0 else "ahead"}; is use_sim_time as it should be?')
     # Doubts are no fault: the estimator has already acted on them.
@@ -277,6 +305,12 @@ def _wrench_complaints(robot: Robot, tip: int, counts: _Counts, since: _Counts) 
     return complaints
 
 
+def _is_foreign(robot: Robot, outputs: int, age: float | None) -> bool:
+    """Return whether the stamps of outputs, so many of them new, are of another clock."""
+    limit = FOREIGN_AGE + robot.settings.motion.delay
+    return age is not None and (age < -limit or outputs > 0 and age > limit)
+
+
 def _age(now: Time, robot: Robot) -> float | None:
     """Return how old the latest output is by the node's clock [s]; None if there is none."""
     return (now.nanoseconds - robot.stamp_ns) * 1e-9 if robot.stamp_ns else None
@@ -287,9 +321,13 @@ def _faults(robot: Robot) -> Counter[Reason]:
                     if reason not in HARMLESS})
 
 
+def _told(reason: Reason) -> str:
+    return f'{reason}, {ADVICE[reason]},' if reason in ADVICE else str(reason)
+
+
 def _most_frequent(robot: Robot) -> str:
     reason = _faults(robot).most_common(1)[0][0]
-    detail = robot.account.details.get(reason, '')
+    detail = robot.account.details.get(reason) or ADVICE.get(reason, '')
     return f'{reason} ({detail})' if detail else str(reason)
 
 

@@ -82,14 +82,20 @@ def _refusing_impossible(node: Node, callback: Callback,
 
 
 def _naming_unknown(node: Node, callback: Callback) -> Callback:
-    """Say which parameter does not exist, where rclpy gives an empty list."""
+    """Refuse what does not exist by its name; rclpy gives an empty list, or takes it."""
     def answer(request: Any, response: Any) -> Any:
-        response = callback(request, response)
-        results = (response.results if isinstance(response, SetParameters.Response)
-                   else [response.result] * len(request.parameters))
-        for parameter, result in zip(request.parameters, results):
-            if not result.successful and not node.has_parameter(parameter.name):
-                result.reason = no_such_parameter(
-                    parameter.name, node.list_parameters([], 0).names)
+        unknown = {k: SetParametersResult(successful=False, reason=no_such_parameter(
+            parameter.name, node.list_parameters([], 0).names))
+            for k, parameter in enumerate(request.parameters)
+            if not node.has_parameter(parameter.name)}
+        if isinstance(response, SetParametersAtomically.Response) and unknown:
+            response.result = next(iter(unknown.values()))
+            return response
+        known = [parameter for k, parameter in enumerate(request.parameters) if k not in unknown]
+        response = callback(type(request)(parameters=known), response)
+        if unknown:
+            results = iter(response.results)
+            response.results = [unknown.get(k) or next(results)
+                                for k in range(len(request.parameters))]
         return response
     return answer

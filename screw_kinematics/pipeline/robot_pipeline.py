@@ -75,7 +75,8 @@ class RobotPipeline:
         self._groups = JointGroups(joint_names)
         # By columns: joints that fall silent and come again go on.
         self._motions: dict[tuple[int, ...], GroupMotion] = {}
-        self._watches = _Watches(self._groups.joint_names)
+        self._watches = _Watches(self._groups.joint_names, self.continuous,
+                                 settings.velocity_source == 'measured')
         self._synchronizer = Synchronizer(len(joint_names), round(max_apart * 1e9))
         self._kinematics: Kinematics | None = None
 
@@ -212,9 +213,13 @@ class RobotPipeline:
 class _Watches(dict[tuple[int, ...], StreamWatch]):
     """What watches each group of joints, from its first reading on."""
 
-    def __init__(self, joint_names: Sequence[str]) -> None:
-        self._joint_names = joint_names
+    def __init__(self, joint_names: Sequence[str], continuous: Sequence[bool],
+                 measured: bool) -> None:
+        self._joint_names, self._continuous = joint_names, continuous
+        self._measured = measured
 
     def __missing__(self, columns: tuple[int, ...]) -> StreamWatch:
-        watch = self[columns] = StreamWatch([self._joint_names[column] for column in columns])
+        watch = self[columns] = StreamWatch(
+            [self._joint_names[column] for column in columns],
+            [self._continuous[column] for column in columns], self._measured)
         return watch

@@ -5,7 +5,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from .joint_groups import listed, Reading
+from ..motion.units import unit_doubts
 
 EVERY = 17
 """Three readings in a row are looked at, of so many; a prime, so that no rhythm is missed."""
@@ -19,6 +22,9 @@ HITS = 3
 ENOUGH = 20
 """So many readings tell what a velocity field holds."""
 
+NO_VELOCITIES = "set velocity_source to 'auto', which needs none"
+"""What to do where measured velocities are asked for and there are none."""
+
 FORGET = 0.99
 """Per look, so that what has stopped is no longer told."""
 
@@ -31,11 +37,22 @@ class StreamWatch:
     ----------
     names : sequence of str
         Of the joints, in the order of the readings.
+    continuous : sequence of bool, optional
+        For each joint whether its position wraps at 2 pi; by default none does.
+    measured : bool
+        Whether the measured velocities are taken as they are, right or wrong.
 
     """
 
-    def __init__(self, names: Sequence[str]) -> None:
+    def __init__(self, names: Sequence[str], continuous: Sequence[bool] | None = None,
+                 measured: bool = False) -> None:
         self._names = names
+        self._continuous = (False,) * len(names) if continuous is None else continuous
+        self._measured = measured
+        self._farthest = [0.0] * len(names)
+        self._start: Sequence[float] | None = None
+        self._resting = [0] * len(names)
+        """How often each joint had moved on while its velocity was zero; -1: never again."""
         self._count = 0
         self._last: list[Sequence[float]] = []
         self._there_and_back = [0.0] * len(names)
@@ -69,6 +86,13 @@ class StreamWatch:
                             'one of them is to be stopped')
         elif jumping:
             findings.append(f'positions of joints {listed(jumping)} jump there and back')
+        for name, farthest, turns_on in zip(self._names, self._farthest, self._continuous):
+            for doubt in unit_doubts(np.array([farthest]), 'continuous' if turns_on else ''):
+                findings.append(f'{name} {doubt.problem}: {doubt.advice}')
+        idle = [name for name, count in zip(self._names, self._resting) if count >= ENOUGH]
+        if idle and self._measured:
+            findings.append(f"velocity_source is 'measured', but the velocities of joints "
+                            f'{listed(idle)} are zero while they move: {NO_VELOCITIES}')
         if self._velocities >= ENOUGH:
             if self._as_position > 0.95 * self._velocities:
                 findings.append('the velocity field holds the positions')
@@ -84,7 +108,12 @@ class StreamWatch:
             if abs(b - c) > JUMP and abs(a - c) < 0.2 * abs(b - c):
                 hits[k] += 1.0
         position, velocity = reading.position, reading.velocity
-        if velocity is None or not any(velocity):
+        self._farthest = [max(x, y, key=abs) for x, y in zip(self._farthest, position)]
+        if velocity is None:
+            return
+        if self._measured:
+            self._look_for_idle(position, velocity)
+        if not any(velocity):
             return
         if self._first is None:
             self._first = position, velocity
@@ -94,3 +123,12 @@ class StreamWatch:
             self._velocities += 1
             self._as_position += list(velocity) == list(position)
             self._constant += list(velocity) == list(constant)
+
+    def _look_for_idle(self, position: Sequence[float], velocity: Sequence[float]) -> None:
+        if self._start is None:
+            self._start = position
+        for k, (now, start, v) in enumerate(zip(position, self._start, velocity)):
+            if v != 0.0:
+                self._resting[k] = -1
+            elif self._resting[k] >= 0 and abs(now - start) > JUMP:
+                self._resting[k] += 1

@@ -23,7 +23,10 @@ class Operation(NamedTuple):
     @property
     def operands(self) -> tuple[int, ...]:
         """Return the indices of the values this operation reads."""
-        return tuple(x for x in (self.left, self.right) if isinstance(x, int))
+        _, left, right = self
+        if isinstance(left, int):
+            return (left, right) if isinstance(right, int) else (left,)
+        return (right,) if isinstance(right, int) else ()
 
 
 @dataclass(frozen=True)

@@ -53,20 +53,19 @@ class Graph:
 
     def _node(self, kind: str, left: int | float, right: int | float | None = None,
               negative: bool = False) -> Scalar:
-        operation = Operation(kind, left, right)
         # The value of index 2 and the constant 2.0 are equal and hash alike.
-        key = operation, type(left), type(right)
+        key = kind, left, right, type(left), type(right)
         index = self._known.get(key)
         if index is None:
             index = self._known[key] = len(self.nodes)
-            self.nodes.append(operation)
+            self.nodes.append(Operation(kind, left, right))
         return Scalar(self, index, negative)
 
     def add(self, x: Scalar, y: Scalar) -> Scalar | float:
         """Return x + y."""
         if x.node == y.node:
             return self.scale(x, 2.0) if x.negative == y.negative else 0.0
-        a, b = sorted((x, y), key=lambda s: s.node)
+        a, b = (x, y) if x.node < y.node else (y, x)
         # Both signs of a difference are one node: the earlier value comes first.
         kind = 'add' if a.negative == b.negative else 'sub'
         return self._node(kind, a.node, b.node, a.negative)
@@ -83,8 +82,8 @@ class Graph:
 
     def multiply(self, x: Scalar, y: Scalar) -> Scalar | float:
         """Return x * y."""
-        a, b = sorted((x.node, y.node))
-        return self._node('mul', a, b, x.negative != y.negative)
+        a, b = x.node, y.node
+        return self._node('mul', min(a, b), max(a, b), x.negative != y.negative)
 
     def scale(self, x: Scalar, constant: float) -> Scalar | float:
         """Return x * constant."""

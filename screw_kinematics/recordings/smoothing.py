@@ -64,11 +64,14 @@ class Smoother:
         For each joint how fast it may seem to move [rad/s, m/s].
     order : int
         Highest derivative wanted, at most 4.
+    joint_names : sequence of str
+        What findings call them.
 
     """
 
     def __init__(self, settings: MotionSettings, continuous: Sequence[bool],
-                 max_velocity: Sequence[float], order: int) -> None:
+                 max_velocity: Sequence[float], order: int, joint_names: Sequence[str]) -> None:
+        self.joint_names = tuple(joint_names)
         self.source = settings.velocity_source
         self.max_gap = settings.options['max_gap']
         self.max_velocity = tuple(max_velocity)
@@ -82,8 +85,9 @@ class Smoother:
         n = len(self.continuous)
         none = np.zeros(0, dtype=np.int64)
         period = max(_median_step(samples.stamps) for samples in block)
+        findings = tuple(dict.fromkeys(f for part in parts for f in part.findings))
         nothing = MotionBlock(none, none, np.zeros((self.order + 1, 0, n)), refused,
-                              np.zeros((4, 0, n)), period)
+                              np.zeros((4, 0, n)), period, findings)
         if sum(len(samples.columns) for samples in block) < n or not all(
                 part.own.any() for part in parts):
             return nothing
@@ -105,7 +109,7 @@ class Smoother:
         refused[Reason.TOO_FAR_APART] += int((~together).sum())
         return MotionBlock(instants[together], clock.received[own][together],
                            motion[:, together], refused, variances[:, together], period,
-                           tuple(dict.fromkeys(f for part in parts for f in part.findings)))
+                           findings)
 
     def _motion(self, samples: GroupSamples, refused: Counter[Reason]) -> _GroupMotion:
         """Return the motion of joints that come together; count what was not used of the own."""
@@ -131,10 +135,11 @@ class Smoother:
                 velocities if self.source != 'estimated' and np.isfinite(velocities).any()
                 else None,
                 continuous=[self.continuous[c] for c in samples.columns], max_gap=self.max_gap,
-                max_velocity=[self.max_velocity[c] for c in samples.columns])
-        except InvalidValueError:       # jumps everywhere
+                max_velocity=[self.max_velocity[c] for c in samples.columns],
+                joint_names=[self.joint_names[c] for c in samples.columns])
+        except InvalidValueError as error:      # jumps everywhere
             refused[Reason.IMPLAUSIBLE_JUMP] += int(own[kept].sum())
-            return _GroupMotion.nothing(self.order, len(samples.columns))
+            return _GroupMotion.nothing(self.order, len(samples.columns), str(error))
         derivatives = [smoothed.position, smoothed.velocity, smoothed.acceleration,
                        smoothed.jerk]
         if self.order > 3:
@@ -178,11 +183,11 @@ class _GroupMotion(NamedTuple):
     findings: tuple[str, ...] = ()
 
     @classmethod
-    def nothing(cls, order: int, n_joints: int) -> _GroupMotion:
+    def nothing(cls, order: int, n_joints: int, *why: str) -> _GroupMotion:
         """Return the motion at no instant."""
         none = np.zeros(0, dtype=np.int64)
         return cls(none, none, np.zeros((order + 1, 0, n_joints)), none, none > 0,
-                   np.zeros((4, 0, n_joints)))
+                   np.zeros((4, 0, n_joints)), why)
 
     def increasing(self, refused: Counter[Reason]) -> _GroupMotion:
         """Return the motion without instants that do not follow those before."""

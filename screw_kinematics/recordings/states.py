@@ -109,7 +109,8 @@ class RecordedRobot:
             self.sensor = recorded_sensor(recording, self.settings, self.model, topic)
         asked = self.settings.motion
         smoother = Smoother(asked, continuous_joints(self.model),
-                            plausible_velocities(asked, self.model), self.order)
+                            plausible_velocities(asked, self.model), self.order,
+                            self.model.joint_names)
         for motion in run(smoother, cut(self._samples(recording), self.groups, self.account)):
             self.account.refused.update(motion.refused)
             self.period = motion.period

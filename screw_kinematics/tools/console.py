@@ -81,7 +81,7 @@ def command_of(tool: str, program: Path) -> str:
         # Where colcon puts executables for `ros2 run`, which are on nobody's path.
         in_workspace = program.parent.parts[-2:] == ('lib', 'screw_kinematics')
         return f'ros2 run screw_kinematics {tool}' if in_workspace else tool
-    return tool if tool == 'joint_state_source' else f'{COMMAND} {tool}'
+    return f'{COMMAND} {tool}'
 
 
 def complete(options: argparse.ArgumentParser) -> None:

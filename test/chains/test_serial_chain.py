@@ -203,7 +203,8 @@ def test_joints_must_have_names_of_their_own_and_follow_measured_ones():
      ('continuous', 'revolute')),
     ([Joint('a', 'revolute', (0, 0, 1)), Joint('b', 'prismatic', (0, 0, 1), mimic=Mimic('a'))],
      ('revolute',)),
-    ([Joint('b', 'prismatic', (0, 0, 1), mimic=Mimic('a')), Joint('a', 'helical', (0, 0, 1))],
+    ([Joint('b', 'prismatic', (0, 0, 1), mimic=Mimic('a')),
+      Joint('a', 'helical', (0, 0, 1), pitch=0.1)],
      ('helical',)),
     ([Joint('b', 'prismatic', (0, 0, 1), mimic=Mimic('a', kind='continuous'))], ('continuous',)),
     ([Joint('b', 'continuous', (0, 0, 1), mimic=Mimic('elsewhere'))], ('continuous',))])

@@ -68,8 +68,8 @@ def test_own_robots_need_no_ros(robot, monkeypatch):
 
 
 @pytest.mark.parametrize('uri, message', [
-    ('nowhere.yaml', 'nowhere.yaml: no such file: nowhere.yaml'),
-    ('/', 'is a directory: /; allowed: a file'),
+    ('nowhere.yaml', '^nowhere.yaml: no such file$'),
+    ('/', '^/: is a directory; allowed: a file'),
     ('file:///nowhere/arm.yaml', 'no such file: /nowhere/arm.yaml'),
     ('file://elsewhere/arm.yaml', 'no robot description can be read from there; allowed: pack'),
     ('http://example.com/arm.urdf', 'no robot description can be read from there; allowed: pack'),
@@ -82,7 +82,8 @@ def test_own_robots_need_no_ros(robot, monkeypatch):
     ('x' * 5000 + '.yaml', 'no such file'),
     ('~nobody/arm.yaml', 'no such file'),
     ('http://[', 'no robot description'),
-    ('', 'no such file')])
+    ('', "^'': is no description; allowed: a path"), (' ', 'is no description'),
+    (None, 'None: is no description; allowed: a path'), (5, '5: is no description')])
 def test_bad_uris_are_refused(uri, message):
     with pytest.raises(ModelError, match=message):
         models.load(uri)

@@ -133,6 +133,15 @@ def test_macros_in_links_are_no_matter():
     assert chain.dof == 1 and 'insert_block' in chain.warnings[0]
 
 
+@pytest.mark.parametrize('tag, meant', [
+    ('orgin', 'origin'), ('Origin', 'origin'), ('origins', 'origin'), ('axes', 'axis'),
+    ('axsi', 'axis'), ('mimick', 'mimic'), ('parents', 'parent')])
+def test_a_misspelt_part_of_a_joint_is_refused(tag, meant):
+    text = robot('a b', joint('k', 'a', 'b', parts=f'<{tag} xyz="0 0 1"/>'))
+    with pytest.raises(ModelError, match=f"joint 'k': .*{tag}.*did you mean '{meant}'"):
+        models.load_urdf(text)
+
+
 @pytest.mark.parametrize('parts, named', [
     ('<xacro:if value="$(arg mirror)"><axis xyz="0 0 -1"/></xacro:if>', "line 2: .*'xacro:if'"),
     ('<xacro:insert_block name="origin"/><axis xyz="0 0 1"/>', "line 2: .*'xacro:insert_block'"),

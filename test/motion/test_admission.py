@@ -134,6 +134,13 @@ def test_continuous_joint_passes_the_seam(sign):
     ({'max_gap': 0.0}, 'max_gap is 0.0; allowed: more than 0'),
     ({'max_velocity': [1.0]}, 'max_velocity has 1 values; allowed: one, or 2'),
     ({'continuous': [True]}, 'continuous has 1 values; allowed: 2'),
+    ({'continuous': 1}, 'continuous is 1; allowed: 2 values'),
+    ({'delay': '0.1'}, "delay is '0.1' s; allowed: 0 to 1 s"),
+    ({'max_gap': None}, 'max_gap is None; allowed: more than 0'),
+    ({'max_velocity': 'fast'}, "max_velocity is 'fast'; allowed: one, or 2 values"),
+    ({'max_velocity': [1.0, 'x']}, "max_velocity is 'x'; allowed: more than 0"),
+    ({'patience': '5'}, "patience is '5'; allowed: more than 0"),
+    ({'min_samples': 8.5}, 'min_samples is 8.5; allowed: 1 or more'),
 ])
 def test_wrong_settings_are_named(settings, message):
     with pytest.raises(InvalidValueError, match=message):
@@ -145,9 +152,11 @@ def test_unknown_kind_lists_the_known():
         make_estimator('magic', 2)
 
 
-def test_no_joints_is_refused():
-    with pytest.raises(InvalidValueError, match='n_joints is 0'):
-        MotionEstimator(0)
+@pytest.mark.parametrize('kind', ['bank', 'kalman', 'savitzky_golay', 'finite_difference'])
+@pytest.mark.parametrize('number', [0, -1, '7', None, 7.5, True, [7]])
+def test_the_number_of_joints_is_a_whole_one(kind, number):
+    with pytest.raises(InvalidValueError, match='n_joints is .*; allowed: 1 or more'):
+        make_estimator(kind, number)
 
 
 @pytest.mark.parametrize('kind', sorted(ESTIMATORS))

@@ -90,8 +90,12 @@ def test_wrong_arguments_are_named():
         smooth(['a'], [[1.0]])
     with pytest.raises(ShapeError, match=r'stamps: expected shape \(N,\), got \(\)'):
         smooth(None, None)
-    with pytest.raises(InvalidValueError, match='no run of at least 8 good ones'):
+    with pytest.raises(InvalidValueError, match='no run of at least 8 good ones; '
+                       '3 of 3 refused: run_too_short$'):
         smooth(np.arange(3) * 0.01, np.zeros((3, 1)))
+    backwards = 'no run of .*; 952 of 1000 refused: stamp_not_increasing; .*too_short'
+    with pytest.raises(InvalidValueError, match=backwards):
+        smooth(np.arange(1000)[::-1] * 0.01, np.zeros((1000, 1)))
 
 
 @pytest.mark.parametrize('period', [0.2, 0.25, 0.4, 1.0, 2.0])

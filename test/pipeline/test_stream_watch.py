@@ -67,3 +67,30 @@ def test_velocity_fields_that_hold_something_else_are_named():
     assert watch([(q, q) for q, _ in sound()]).findings(1) == [
         'the velocity field holds the positions']
     assert 'commanded maximum' in watch([(q, [2.0, 2.0]) for q, _ in sound()]).findings(1)[0]
+
+
+def watch_measured(readings, **options):
+    """Return what a watch finds where velocities are taken as they are."""
+    group, result = JointGroup((0, 1), True), StreamWatch(NAMES, measured=True, **options)
+    for k, (position, velocity) in enumerate(readings):
+        result.update(Reading(group, k, list(position), list(velocity)))
+    return result.findings(1)
+
+
+def test_measured_velocities_that_are_zero_while_the_joints_move_are_named():
+    assert watch_measured(sound()) == []
+    assert watch_measured([([0.0, 1.0], [0.0, 0.0])] * 2000) == []      # at rest
+    assert watch_measured([(q, [0.0, 0.0]) for q, _ in sound()]) == [
+        "velocity_source is 'measured', but the velocities of joints q1, q2 are zero while they "
+        "move: set velocity_source to 'auto', which needs none"]
+    only_one = watch_measured([(q, [v[0], 0.0]) for q, v in sound()])
+    assert 'the velocities of joints q2 are zero' in only_one[0]
+
+
+def test_positions_in_degrees_are_named():
+    degrees = [(np.degrees(q), np.degrees(v)) for q, v in sound()]
+    found = watch(degrees).findings(1)
+    assert len(found) == 2
+    assert 'q1 reaches 51' in found[0] and 'are these degrees' in found[0]
+    turning = [([q, 50.1 * k], v) for k, ((q, _), v) in enumerate(sound())]
+    assert watch_measured(turning, continuous=[False, True]) == []

@@ -83,6 +83,13 @@ def test_a_tool_is_called_what_the_user_typed(program, command):
     assert command_of('bag', Path(program)) == command
 
 
+@pytest.mark.parametrize('program, command', [
+    ('/v/bin/joint_state_source', 'joint_state_source'),
+    ('/v/bin/screw-kinematics', 'screw-kinematics joint_state_source')])
+def test_the_source_has_a_program_of_its_own_too(program, command):
+    assert command_of('joint_state_source', Path(program)) == command
+
+
 @pytest.mark.parametrize('given, own', [
     (['--ros-args', '-r', '__node:=x'], []),
     (['a', '--ros-args', '-p', 'use_sim_time:=true', '--', '--b'], ['a', '--b']),

@@ -56,9 +56,7 @@ def _report_freedom(robot: SerialChain) -> Iterator[Finding]:
     """Say in how many directions the tip moves, and which joints do not move it."""
     rng = np.random.default_rng(0)
     postures = rng.uniform(-1.0, 1.0, (_POSTURES, robot.dof))
-    rates = np.eye(robot.dof)
-    jacobians = np.array([[robot.state(q, rate).velocity for rate in rates]
-                          for q in postures])
+    jacobians = np.array([robot.jacobian(q).T for q in postures])
     # Lengths by the size of the arm, so that rad and m can be compared.
     size = max(float(np.abs(jacobians[..., 3:]).max()), 1e-9)
     jacobians[..., 3:] /= size

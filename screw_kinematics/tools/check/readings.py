@@ -4,20 +4,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-import math
 
 import numpy as np
 
 from .findings import FACT, Finding, PROBLEM, REMARK
+from ...motion.units import unit_doubts
 from ...screws.se3 import Array
 
 _BEFORE = 8             # samples that tell how fast a joint moves
 _STEPS = 3.0            # of the encoder that a moving joint makes from sample to sample
 _HELD = 0.2             # share of repeated readings from which on they are the rule
-_TURNS = 4 * math.pi    # no limited joint turns further [rad]
-_REACH = 20.0           # nor is a slide longer [m]
-_WRAP = 0.35            # a jump is a wrap if it is a turn but for this [rad]
-_LARGE = 1000.0         # whole numbers beyond are ticks
 
 
 def report_readings(label: str, names: Sequence[str], kinds: Sequence[str], time: Array,
@@ -51,7 +47,8 @@ def report_readings(label: str, names: Sequence[str], kinds: Sequence[str], time
         yield Finding(REMARK, f'{label}: {", ".join(still)} did not move')
     yield from _repeats(label, time, position, quantum)
     for i, (name, kind) in enumerate(zip(names, kinds)):
-        yield from _units(label, name, kind, position[:, i])
+        for doubt in unit_doubts(position[:, i], kind):
+            yield Finding(PROBLEM, f'{label}: {name} ({kind}) {doubt.problem}', doubt.advice)
 
 
 def _repeats(label: str, time: Array, position: Array, quantum: Array) -> Iterator[Finding]:
@@ -89,38 +86,3 @@ def _repeats(label: str, time: Array, position: Array, quantum: Array) -> Iterat
             REMARK, f'{label}: {count} positions repeat the one before while the robot moves'
             f'{lasting}', 'a reading that is sent twice with a fresh stamp; estimator.delay: 0.02 '
             'or more lets the estimator tell')
-
-
-def _units(label: str, name: str, kind: str, position: Array) -> Iterator[Finding]:
-    """Yield what the size and the jumps of positions say of their unit and of the joint's kind."""
-    largest = float(np.abs(position).max())
-    steps = np.diff(position)
-    ticks = largest > _LARGE and bool((position == np.rint(position)).all())
-    if kind == 'prismatic':
-        if largest > _REACH:
-            yield Finding(PROBLEM, f'{label}: {name} is a slide and reaches {largest:.4g} m',
-                          f'{_ticks_or(ticks, "mm")}: positions must be in m')
-        return
-    for turn, unit in ((2 * math.pi, 'rad'), (360.0, 'degrees')):
-        wraps = int((np.abs(np.abs(steps) - turn) < _WRAP * turn / (2 * math.pi)).sum())
-        if wraps and (unit == 'rad' or largest > _TURNS) and kind != 'continuous':
-            yield Finding(
-                PROBLEM, f'{label}: {name} ({kind}) jumps by a whole turn, {turn:.4g}, {wraps} '
-                'times', "declare it 'continuous' in the model, or let the driver count its turns")
-            break
-    if largest > _TURNS and kind != 'continuous':
-        yield Finding(PROBLEM, f'{label}: {name} ({kind}) reaches {largest:.4g} rad, '
-                      f'{largest / (2 * math.pi):.1f} turns',
-                      f'{_ticks_or(ticks, "degrees")}: positions must be in rad')
-    elif kind == 'continuous' and (ticks or _in_degrees(position, steps)):
-        yield Finding(PROBLEM, f'{label}: {name} (continuous) reaches {largest:.4g} rad',
-                      f'{_ticks_or(ticks, "degrees")}: positions must be in rad')
-
-
-def _ticks_or(ticks: bool, unit: str) -> str:
-    return 'these are whole numbers, of an encoder' if ticks else f'are these {unit}?'
-
-
-def _in_degrees(position: Array, steps: Array) -> bool:
-    """Return whether a continuous joint wraps at 360, or at 180 as at -180."""
-    return bool((np.abs(np.abs(steps) - 360) < 20).any() and np.abs(position).max() < 365)
