@@ -16,6 +16,8 @@ from ..errors import ParameterError, ToolError
 
 NODE_NAME = 'kinematic_state_publisher'
 PARAMETERS = 'ros__parameters'
+OF_ROS = re.compile(r'use_sim_time|start_type_description_service|qos_overrides\..+')
+"""Parameters that every node of ROS has."""
 
 
 def read_robots(path: Path, instead: Mapping[str, Any] | None = None, namespace: str = '',
@@ -50,7 +52,7 @@ def read_robots(path: Path, instead: Mapping[str, Any] | None = None, namespace:
     known |= {f'{robot}.{tip}.{s.name}' for robot in node.robots
               for tip in given.get(f'{robot}.tips', ()) for s in OF_TIP}
     for name, value in given.items():
-        if name not in known and not name.startswith('qos_overrides.'):
+        if name not in known and not OF_ROS.fullmatch(name):
             similar = get_close_matches(name, known, 1, 0.5)
             raise ParameterError(name, value, f'{similar[0]!r}' if similar else
                                  'parameters of the node and of its robots')

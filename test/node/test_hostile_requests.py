@@ -42,7 +42,7 @@ SERVICES = {
 
 
 def parameters(executor, **others):
-    return {'robots': ['arm'], 'executor': executor, 'diagnostics_rate': 20.0,
+    return {'robots': ['arm'], 'executor': executor,
             'arm': {'description': PUMA}, **others}
 
 

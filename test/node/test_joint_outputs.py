@@ -6,7 +6,7 @@ import pytest
 from screw_kinematics import models
 from screw_kinematics.screws.rotations import rotation_from_quaternion
 from sensor_msgs.msg import Imu, JointState
-from support.rig import joint_state, RELIABLE_INPUT, running, smooth_motion, stamp_ns
+from support.rig import joint_state, running, smooth_motion, stamp_ns
 from trajectory_msgs.msg import JointTrajectory
 
 ARM = """
@@ -37,10 +37,9 @@ NAMES = ['elbow', 'shoulder']
 @pytest.fixture(scope='module')
 def messages(module_context, tmp_path_factory):
     """Run a node with these robots over one motion; return messages by robot and output."""
-    parameters = {'robots': list(ROBOTS), 'diagnostics_rate': 20.0,
-                  'qos_overrides': {'/joint_states': {'subscription': RELIABLE_INPUT}}}
-    for name, settings in ROBOTS.items():
-        parameters[name] = {'description': ARM, 'outputs': list(OUTPUTS), **settings}
+    parameters = {'robots': list(ROBOTS)} | {
+        name: {'description': ARM, 'outputs': list(OUTPUTS), **settings}
+        for name, settings in ROBOTS.items()}
     with running(module_context, tmp_path_factory.mktemp('joints'), parameters) as rig:
         got = {(name, output): rig.listen(f'{name}/{output}', OUTPUTS[output])
                for name in ROBOTS for output in parameters[name]['outputs']}

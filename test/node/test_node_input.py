@@ -11,13 +11,12 @@ from rclpy.serialization import serialize_message
 from screw_kinematics import core, models
 from sensor_msgs.msg import JointState
 from support.rig import (
-    joint_state, KEEP, PUMA, RELIABLE_INPUT, running, six, smooth_motion, stamp_ns)
+    joint_state, KEEP, PUMA, running, six, smooth_motion, stamp_ns)
 from visualization_msgs.msg import Marker, MarkerArray
 
 MS = 1_000_000
 JOINTS = tuple(f'q{i}' for i in range(1, 7))
-TOPICS = ('good', 'bad', 'level', 'lonely', 'arm_states', 'wrist_states', 'unstamped', 'slow',
-          'doubled')
+BEST_EFFORT = {'subscription': {'reliability': 'best_effort'}}
 
 
 @pytest.fixture(scope='module')
@@ -25,12 +24,11 @@ def rig(module_context, tmp_path_factory):
     """Run a node with a robot for each kind of input."""
     def robot(topic, **settings):
         return {'description': PUMA, 'outputs': ['twist'], 'joint_states_topic': topic,
-                'velocity_source': 'measured', 'stale_timeout': 1000.0, **settings}
+                'velocity_source': 'measured', **settings}
 
     parameters = {
         'robots': ['good', 'bad', 'level', 'lonely', 'spread', 'reliable', 'best_effort',
                    'unstamped', 'gone', 'flooded', 'doubled', 'slow', 'slow_measured'],
-        'diagnostics_rate': 20.0,
         'good': robot('good'), 'bad': robot('bad'), 'level': robot('level'),
         'lonely': robot('lonely'),
         'spread': robot(['arm_states', 'wrist_states']),
@@ -39,8 +37,7 @@ def rig(module_context, tmp_path_factory):
         'doubled': robot('doubled'), 'slow': robot('slow', velocity_source='auto'),
         'slow_measured': robot('slow', outputs=['twist', 'accel']),
         'gone': robot('gone', stale_timeout=0.3, outputs=['twist', 'markers']),
-        'qos_overrides': {f'/{t}': {'subscription': RELIABLE_INPUT}
-                          for t in TOPICS}}
+        'qos_overrides': {'/best_effort': BEST_EFFORT, '/flooded': BEST_EFFORT}}
     with running(module_context, tmp_path_factory.mktemp('input'), parameters) as rig:
         listened = [name for name in parameters['robots'] if name != 'lonely']
         for name in listened:
@@ -55,10 +52,13 @@ def rig(module_context, tmp_path_factory):
 def serve(rig, robot, send):
     """Send samples, stamped with their number, until the robot answers; return the stamp."""
     twists, k = rig.received[f'{robot}/twist'], 0
-    while not twists:
+
+    def answers():
+        nonlocal k
         k += 1
         send(k * MS)
-        rig.spin(0.01)
+        return twists
+    rig.wait(answers)
     rig.wait(lambda: stamp_ns(twists[-1]) == k * MS)
     return k * MS
 
@@ -121,19 +121,23 @@ def test_it_says_whether_its_core_is_compiled(rig):
 
 
 def test_levels_of_the_diagnostics(rig):
-    publisher, stamp = rig.publisher('level'), 0
+    publisher, stamp = rig.publisher('level'), rig.node.get_clock().now().nanoseconds
     q, qd = smooth_motion(6, 0.0)
     good, bad = joint_state(JOINTS, 0, q, qd), joint_state(JOINTS, 0, [math.nan] * 6, qd)
     for messages, level, told in (
             ([good], b'\0', 'running'), ([bad], b'\2', 'every message is refused'),
             ([good, good, bad], b'\1', 'messages refused: position_not_finite'),
             ([good], b'\0', 'running')):
-        while not (rig.status('level')[0] == level and told in rig.status('level')[1]):
+        def reported():
+            nonlocal stamp
             for message in messages:
                 stamp += MS
                 message.header.stamp.sec, message.header.stamp.nanosec = divmod(stamp, 10**9)
                 publisher.publish(message)
             rig.spin(0.004)
+            now, text, _ = rig.status('level')
+            return now == level and told in text
+        rig.wait(reported)
 
 
 def test_nobody_listens_and_nothing_is_computed(rig):
@@ -213,13 +217,23 @@ def test_messages_without_stamp_are_of_the_moment_they_arrive(rig):
     q, qd = smooth_motion(6, 0.0)
     twists = rig.received['unstamped/twist']
     before = rig.node.get_clock().now().nanoseconds
-    for _ in range(20):
+    sent = 0
+
+    def send():
+        nonlocal sent
+        sent += 1
         publisher.publish(joint_state(JOINTS, 0, q, qd))
-    rig.wait(lambda: len(twists) == 20)
+        return twists
+    rig.wait(send)      # the program is made in the background
+    rig.wait_for_value('node', '/unstamped without stamp', sent)
+    n = len(twists)
+    for _ in range(20):
+        send()
+    rig.wait(lambda: len(twists) >= n + 20)
     stamps = [stamp_ns(m) for m in twists]
     assert stamps == sorted(set(stamps))
     assert before <= stamps[0] and stamps[-1] <= rig.node.get_clock().now().nanoseconds
-    rig.wait_for_value('node', '/unstamped without stamp', 20)
+    rig.wait_for_value('node', '/unstamped without stamp', sent)
 
 
 def test_publishers_of_joint_states_are_counted(rig):
@@ -235,11 +249,18 @@ def test_silence_is_told_and_nothing_is_repeated(rig):
     publisher = rig.publisher('gone')
     q, qd = smooth_motion(6, 0.0)
     last = serve(rig, 'gone', lambda stamp: publisher.publish(joint_state(JOINTS, stamp, q, qd)))
-    rig.wait_for_value('gone', 'joints missing', '')
+    twists, markers = rig.received['gone/twist'], rig.received['gone/markers']
+
+    def none_missing():
+        nonlocal last
+        last += MS
+        publisher.publish(joint_state(JOINTS, last, q, qd))
+        return rig.status('gone')[2]['joints missing'] == ''
+    rig.wait(none_missing)
+    rig.wait(lambda: twists and stamp_ns(twists[-1]) == last)
     rig.wait_for_value('gone', 'joints missing', ', '.join(JOINTS))
     assert rig.status('gone')[0] == b'\3'
-    rig.wait(lambda: rig.received['gone/markers'][-1].markers[0].action == Marker.DELETEALL)
-    twists = rig.received['gone/twist']
+    rig.wait(lambda: markers and markers[-1].markers[0].action == Marker.DELETEALL)
     n = len(twists)
     for k in range(8):
         publisher.publish(joint_state(JOINTS, last + (5_000 + k) * MS, q, qd))
@@ -287,16 +308,18 @@ def test_joint_states_that_come_too_slowly_to_estimate_are_told(rig):
     """Each half second: measured twists all the same, and why there is no acceleration."""
     publisher = rig.publisher('slow')
     twists, measured = rig.received['slow/twist'], rig.received['slow_measured/twist']
-    for k in range(1, 8):
-        publisher.publish(joint_state(JOINTS, k * 500 * MS, *smooth_motion(6, k * 0.5)))
-        rig.spin(0.2)
-    rig.wait(lambda: len(measured) == 7)
-    assert not twists and not rig.received['slow_measured/accel']
+    k = 0
 
-    def told():
+    def send():
         nonlocal k
         k += 1
         publisher.publish(joint_state(JOINTS, k * 500 * MS, *smooth_motion(6, k * 0.5)))
+        return len(measured) >= 7
+    rig.wait(send)
+    assert not twists and not rig.received['slow_measured/accel']
+
+    def told():
+        send()
         level, message, _ = rig.status('slow')
         return level == b'\1' and 'pauses of up to 0.5 s' in message and 'max_gap' in message
     rig.wait(told)

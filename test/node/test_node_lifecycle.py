@@ -28,7 +28,7 @@ def state(rig):
 
 
 def test_the_whole_life(context, tmp_path):
-    parameters = {'robots': ['arm'], 'autostart': False, 'diagnostics_rate': 20.0,
+    parameters = {'robots': ['arm'], 'autostart': False,
                   'arm': {'description': '/no/such/file.urdf', 'velocity_source': 'measured'}}
     q, qd = smooth_motion(6, 0.0)
     with running(context, tmp_path, parameters) as rig:
@@ -71,7 +71,7 @@ def test_the_whole_life(context, tmp_path):
 
 
 def test_robots_may_be_named_and_described_before_they_are_configured(context, tmp_path):
-    with running(context, tmp_path, {'autostart': False, 'diagnostics_rate': 20.0}) as rig:
+    with running(context, tmp_path, {'autostart': False}) as rig:
         assert not change(rig, Transition.TRANSITION_CONFIGURE)
         assert 'names of robots' in rig.log.read_text()
         assert rig.set_parameters(robots=['arm']).successful
@@ -81,7 +81,7 @@ def test_robots_may_be_named_and_described_before_they_are_configured(context, t
 
 
 def test_parameters_are_not_offered_if_so_asked(context, tmp_path):
-    parameters = {'robots': ['arm'], 'allow_remote_parameters': False, 'diagnostics_rate': 20.0,
+    parameters = {'robots': ['arm'], 'allow_remote_parameters': False,
                   'arm': {'description': PUMA}}
     with running(context, tmp_path, parameters) as rig:
         assert state(rig) == 'active'

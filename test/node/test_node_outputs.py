@@ -15,7 +15,7 @@ from screw_kinematics.pipeline.robot_program import OneTip
 from screw_kinematics.pipeline.settings import MotionSettings
 from screw_kinematics.screws.rotations import pose, rotation_from_quaternion, rotation_rpy
 from screw_kinematics.screws.se3 import rotate, shift_pole
-from support.rig import joint_state, PUMA, RELIABLE_INPUT, running, six, smooth_motion, stamp_ns
+from support.rig import joint_state, PUMA, running, six, smooth_motion, stamp_ns
 from visualization_msgs.msg import Marker, MarkerArray
 
 TYPES = {
@@ -30,9 +30,7 @@ SAMPLES = 120
 AT_REST = [0.2] * 6, [0.0] * 6
 JOINTS = [f'q{i}' for i in range(1, 7)]
 ROBOTS = {
-    # A robot that has not been heard of for the timeout has its markers taken away: not in a run
-    # that the machine may hold up.
-    'plain': {'outputs': [*TYPES, 'markers'], 'markers_rate': 50.0, 'stale_timeout': 60.0},
+    'plain': {'outputs': [*TYPES, 'markers'], 'markers_rate': 50.0},
     'turned': {'outputs': ['twist', 'accel'], 'expressed_in': 'tip', 'frame_prefix': 'left/'},
     'rooted': {'outputs': ['twist', 'accel', 'reduced_accel'], 'reference_point': 'base'},
     'tooled': {'outputs': ['pose', 'twist', 'accel'], 'tool_offset': OFFSET},
@@ -45,10 +43,8 @@ ROBOTS = {
 @pytest.fixture(scope='module')
 def outputs(module_context, tmp_path_factory):
     """Run a node with all these robots over one motion; return messages by robot and output."""
-    parameters = {'robots': list(ROBOTS), 'diagnostics_rate': 20.0,
-                  'qos_overrides': {'/joint_states': {'subscription': RELIABLE_INPUT}}}
-    for name, settings in ROBOTS.items():
-        parameters[name] = {'description': PUMA, **settings}
+    parameters = {'robots': list(ROBOTS)} | {
+        name: {'description': PUMA, **settings} for name, settings in ROBOTS.items()}
     with running(module_context, tmp_path_factory.mktemp('outputs'), parameters) as rig:
         messages = {(name, output): rig.listen(
             f'{name}/{output}', TYPES.get(output, MarkerArray))

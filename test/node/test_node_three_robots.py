@@ -11,7 +11,7 @@ import numpy as np
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from screw_kinematics import models
 from std_msgs.msg import String
-from support.rig import PUMA, RELIABLE_INPUT, RPR, running, six, smooth_motion, stamp_ns
+from support.rig import PUMA, RPR, running, six, smooth_motion, stamp_ns
 
 RATE = 250
 PERIOD = 10**9 // RATE
@@ -64,15 +64,11 @@ def is_of_leg(message, length, tip):
 def test_what_happens_to_one_is_nothing_to_the_others(context, tmp_path):
     outputs = [f'{robot}/{output}' for robot in ('arm', 'leg', 'planar')
                for output in ('twist', 'accel')]
-    overrides = {f'/{topic}': {'publisher': {'depth': 5000}} for topic in outputs}
-    overrides |= {topic: {'subscription': dict(RELIABLE_INPUT)}
-                  for topic in ('/joint_states', '/cell/joint_states')}
     parameters = {
-        'robots': ['arm', 'leg', 'planar'], 'diagnostics_rate': 20.0,
+        'robots': ['arm', 'leg', 'planar'],
         'arm': {'description': PUMA}, 'leg': {'description': ''},
         'planar': {'description': RPR, 'joint_states_topic': 'cell/joint_states',
-                   'stale_timeout': 0.3},
-        'qos_overrides': overrides}
+                   'stale_timeout': 3.0}}      # longer than the machine may stand still
     with running(context, tmp_path, parameters) as rig:
         got = {topic: rig.listen(topic, TwistStamped if 'twist' in topic else AccelStamped)
                for topic in outputs}
@@ -105,8 +101,8 @@ def test_what_happens_to_one_is_nothing_to_the_others(context, tmp_path):
                 with source('cell/joint_states', life * 100 * 10**9, ['q1', 'q2', 'q3']):
                     rig.wait(lambda: len(got['planar/accel']) > n + 100)
                     rig.wait_for_value('planar', 'joints missing', '')
-                rig.wait_for_value('planar', 'joints missing', 'q1, q2, q3')
-            rig.spin(0.2)
+                if life == 0:
+                    rig.wait_for_value('planar', 'joints missing', 'q1, q2, q3')
 
         # Give the last samples time to arrive, on all topics of a robot alike.
         rig.wait(lambda: len({stamp_ns(got[f'arm/{o}'][-1]) for o in ('twist', 'accel')}) == 1)

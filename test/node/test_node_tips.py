@@ -8,7 +8,7 @@ from screw_kinematics import models
 from screw_kinematics.errors import ParameterError
 from screw_kinematics.pipeline.parameter_file import robot_settings
 from screw_kinematics.screws.rotations import pose, rotation_rpy
-from support.rig import joint_state, RELIABLE_INPUT, running, six, smooth_motion, stamp_ns
+from support.rig import joint_state, running, six, smooth_motion, stamp_ns
 from trajectory_msgs.msg import JointTrajectory
 
 
@@ -34,8 +34,7 @@ PERIOD, START, SAMPLES = 5_000_000, 10**11, 60
 
 def parameters():
     return {
-        'robots': ['torso'], 'diagnostics_rate': 20.0,
-        'qos_overrides': {'/joint_states': {'subscription': RELIABLE_INPUT}},
+        'robots': ['torso'],
         'torso': {
             'description': TORSO, 'tips': ['head', 'left/hand-0', 'right_hand'],
             'velocity_source': 'measured', 'outputs': ['twist'], 'reference_point': 'tip',

@@ -125,7 +125,8 @@ def test_parameter_files_by_namespace(tmp_path):
     file = tmp_path / 'params.yaml'
     file.write_text(f"""
 /**:
-  ros__parameters: {{robots: [puma], puma: {{description: {PUMA}, base_frame: base}}}}
+  ros__parameters: {{robots: [puma], puma: {{description: {PUMA}, base_frame: base}},
+                    use_sim_time: true, qos_overrides: {{/clock: {{subscription: {{depth: 9}}}}}}}}
 /cell:
   kinematic_state_publisher:
     ros__parameters: {{puma: {{stale_timeout: 2.0}}}}

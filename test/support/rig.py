@@ -14,14 +14,15 @@ import rclpy
 from rclpy.experimental import EventsExecutor
 from rclpy.parameter import Parameter
 from rclpy.qos import QoSProfile
+from screw_kinematics.pipeline.parameter_file import read_robots
 from sensor_msgs.msg import JointState
 
 LIMIT = 90.0
 """Seconds to wait for a condition, generous for busy machines."""
 
 KEEP = QoSProfile(depth=20000)
-RELIABLE_INPUT = {'reliability': 'reliable', 'depth': 5000}
-"""So that counts can be compared whatever else the machine does."""
+DEEP = {'reliability': 'reliable', 'depth': 5000}
+"""Of what nothing may be lost."""
 
 NODE = 'kinematic_state_publisher'
 CODE = 'import sys; from screw_kinematics.node.main import main; sys.exit(main())'
@@ -31,6 +32,9 @@ CODE = 'import sys; from screw_kinematics.node.main import main; sys.exit(main()
 class Rig:
     """
     A running node and its surroundings.
+
+    Counts can be compared whatever else the machine does: where a test does not say otherwise
+    no robot falls silent, and of joint states and outputs nothing is lost.
 
     Parameters
     ----------
@@ -46,7 +50,8 @@ class Rig:
 
     def __init__(self, context, directory, parameters, arguments=()):
         file = directory / 'parameters.yaml'
-        file.write_text(json.dumps({NODE: {'ros__parameters': parameters}}))     # JSON is YAML
+        write(file, parameters)
+        write(file, patient(parameters, file))
         self.log = directory / 'log.txt'
         self.node = rclpy.create_node('rig', context=context)
         self.executor = EventsExecutor(context=context)
@@ -69,6 +74,8 @@ class Rig:
         if topic not in self._publishers:
             publisher = self._publishers[topic] = self.node.create_publisher(kind, topic, qos)
             self.wait(lambda: publisher.get_subscription_count() > 0)
+            # To have found the node is not yet to be found by it.
+            self.wait(lambda: self.status('node')[2].get(f'/{topic} publishers') != '0')
         return self._publishers[topic]
 
     def spin(self, seconds):
@@ -85,11 +92,11 @@ class Rig:
             assert self.process.poll() is None, f'node ended; log: {self.log.read_text()}'
             self.executor.spin_once(0.05)
 
-    def status(self, part):
-        """Return level, message and values of the latest diagnostics of a part."""
+    def status(self, part, told=''):
+        """Return level, message and values of the latest diagnostics of a part that told this."""
         for array in reversed(self.received['/diagnostics']):
             for status in array.status:
-                if status.name == f'/{NODE}: {part}':
+                if status.name == f'/{NODE}: {part}' and told in status.message:
                     return status.level, status.message, {v.key: v.value for v in status.values}
         return None, '', {}
 
@@ -131,6 +138,24 @@ class Rig:
             self.executor.shutdown()
         log = self.log.read_text()
         assert code == 0 and 'Traceback' not in log, log
+
+
+def write(file, parameters):
+    """Write a file of parameters."""
+    file.write_text(json.dumps({NODE: {'ros__parameters': parameters}}))     # JSON is YAML
+
+
+def patient(parameters, file):
+    """Return parameters, written in a file, with which it is no matter how long things take."""
+    parameters, qos = {'diagnostics_rate': 20.0, **parameters}, {}
+    if parameters.get('robots'):
+        for robot in read_robots(file):
+            qos |= {f'/{topic}': {'subscription': DEEP} for topic in robot.joint_states_topic}
+            qos |= {f'/{robot.topic}/{output}': {'publisher': DEEP} for output in robot.outputs}
+        for name in parameters['robots']:
+            parameters[name] = {'stale_timeout': 1000.0, **parameters[name]}
+    qos |= parameters.get('qos_overrides', {})
+    return parameters | ({'qos_overrides': qos} if qos else {})
 
 
 @contextmanager
