@@ -95,7 +95,7 @@ def core_modules() -> list[Extension]:
     return [Extension(path[:-len('.py')].replace('/', '.'), [path],
                       extra_compile_args=FLAGS + flags)
             for path in found(f'{package_name}/core/*.py')
-            if Path(path).stem not in ('__init__', 'uncompiled')]
+            if (here / path).with_suffix('.pxd').exists()]
 
 
 def found(pattern: str) -> list[str]:

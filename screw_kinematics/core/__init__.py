@@ -3,13 +3,13 @@
 """
 The loops that must be fast: one Python text, compiled when the package is installed.
 
-Each module of this room but ``uncompiled`` is a Python file in Cython's pure Python mode.
-``setup.py`` translates and compiles it; where there is no compiler the very same file runs
-interpreted: slower, with the same bits. The modules know arrays, bytes and numbers; they import
-nothing else of the package, and leave decisions and errors to their callers.
+A module with a ``.pxd`` beside it is a Python file in Cython's pure Python mode, whose classes and
+functions have their types of C in the ``.pxd``. ``setup.py`` translates and compiles it; where
+there is no compiler the very same file runs interpreted: slower, with the same bits. The modules
+know arrays, bytes and numbers; they import nothing else of the package, and leave decisions and
+errors to their callers.
 
-To add a module, put ``<name>.py`` here, and ``<name>.pxd`` beside it if other modules of the room
-use its types; ``setup.py`` finds it. It begins with::
+To add a module, put ``<name>.py`` and ``<name>.pxd`` here; ``setup.py`` finds it. It begins with::
 
     # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True
     # cython: initializedcheck=False
@@ -29,13 +29,16 @@ Rules that keep both ways of running the same:
    zero, roots of negative numbers), the text says what happens.
 2. What differs (reading a number from bytes) is behind ``if cython.compiled``, in functions of a
    line.
-3. Constants of a module are declared (``cython.declare``): what is merely assigned is an object.
-   Names from ``uncompiled`` that are missing are added there.
+3. Constants of a module are declared (``cython.declare``), constants from ``tables`` in the
+   ``.pxd``: what is merely assigned or imported is an object. Names from ``uncompiled`` that are
+   missing are added there.
 4. Loops count with ``range(n)`` or ``while``; a range with a step that is no literal is an object.
 5. What comes from outside (counts, lengths, indices) is checked, since nothing else is:
    ``boundscheck`` is off.
 6. No function returns a memoryview by its annotation: Cython 3.0.8 makes a module of it that
    cannot be loaded.
+7. Classes of other modules are imported by the text and by the ``.pxd`` (``cimport``), functions
+   of C by the text where it is interpreted only.
 """
 from __future__ import annotations
 
@@ -132,6 +135,5 @@ def interpreted(name: str) -> ModuleType:
 
 
 def texts() -> list[Path]:
-    """Return the files of this room that are compiled."""
-    return sorted(path for path in Path(__file__).parent.glob('*.py')
-                  if path.stem not in ('__init__', 'uncompiled'))
+    """Return the files of this room that are compiled: those with types beside them."""
+    return sorted(path.with_suffix('.py') for path in Path(__file__).parent.glob('*.pxd'))

@@ -31,9 +31,6 @@ _LARGEST = cython.declare(cython.longlong, 1 << 31)        # s, signed in the me
 _HEAD = cython.declare(cython.Py_ssize_t, 12)            # its end: start of what stays the same
 
 
-@cython.cfunc
-@cython.inline
-@cython.exceptval(check=False)
 def _count(data: bytes, at: cython.Py_ssize_t) -> cython.uint:
     """Return the unsigned number of four bytes at a place."""
     number: cython.uint = 0
@@ -44,8 +41,6 @@ def _count(data: bytes, at: cython.Py_ssize_t) -> cython.uint:
     return number
 
 
-@cython.cfunc
-@cython.inline
 def _reals(data: bytes, at: cython.Py_ssize_t, count: cython.Py_ssize_t) -> tuple:
     """Return so many floats at a place."""
     if cython.compiled:
@@ -63,7 +58,6 @@ def _reals(data: bytes, at: cython.Py_ssize_t, count: cython.Py_ssize_t) -> tupl
         return unpack_from(f'<{count}d', data, at)
 
 
-@cython.cclass
 class JointStateLayout:
     """
     Where things are in all joint states that differ from an example in stamp and numbers only.
@@ -88,17 +82,6 @@ class JointStateLayout:
 
     """
 
-    example: bytes
-    mask: bytes
-    size: cython.Py_ssize_t
-    end: cython.Py_ssize_t
-    position_at: cython.Py_ssize_t
-    positions: cython.Py_ssize_t
-    velocity_at: cython.Py_ssize_t
-    velocities: cython.Py_ssize_t
-    velocity_count_at: cython.Py_ssize_t
-    effort_count_at: cython.Py_ssize_t
-
     def __init__(self, example: bytes, mask: bytes, end: int, position_at: int, positions: int,
                  velocity_count_at: int, velocity_at: int, velocities: int,
                  effort_count_at: int) -> None:
@@ -115,7 +98,7 @@ class JointStateLayout:
 
     def read(self, data: bytes) -> tuple | None:
         """Return stamp [ns], positions and velocities; None of a message that differs more."""
-        if len(data) != self.size or not self._fits(data):
+        if len(data) != self.size or not self.fits(data):
             return None
         nanoseconds: cython.longlong = _count(data, _STAMP + 4)
         if nanoseconds >= _SECOND:
@@ -126,9 +109,7 @@ class JointStateLayout:
         return (seconds * _SECOND + nanoseconds, _reals(data, self.position_at, self.positions),
                 _reals(data, self.velocity_at, self.velocities))
 
-    @cython.cfunc
-    @cython.exceptval(check=False)
-    def _fits(self, data: bytes) -> cython.bint:
+    def fits(self, data: bytes) -> bool:
         """Return whether a message, as long as the example, has the same names and counts."""
         i: cython.Py_ssize_t
         if (_count(data, self.velocity_count_at) != self.velocities
@@ -155,7 +136,6 @@ class JointStateLayout:
                                                self.mask[12:self.end]))
 
 
-@cython.cclass
 class StampedMessage:
     """
     A message of a stamp, things that stay the same, and numbers at its end.
@@ -173,11 +153,6 @@ class StampedMessage:
         The head has no place for a stamp, or the order is negative.
 
     """
-
-    head: bytes
-    places: cython.Py_ssize_t[::1]
-    count: cython.Py_ssize_t
-    needed: cython.Py_ssize_t
 
     def __init__(self, head: bytes, order: list) -> None:
         if len(head) < 12 or min(order, default=0) < 0:

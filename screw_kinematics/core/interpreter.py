@@ -57,10 +57,6 @@ _SINCOS = cython.declare(cython.ulonglong, 5)
 _ROUND = cython.declare(cython.double, 6755399441055744.0)
 
 
-@cython.cfunc
-@cython.inline
-@cython.nogil
-@cython.exceptval(check=False)
 def turned(x: cython.double) -> tuple[cython.double, cython.double]:
     """
     Return sine and cosine of an angle of at most ``LARGEST_ANGLE``.
@@ -91,9 +87,6 @@ def turned(x: cython.double) -> tuple[cython.double, cython.double]:
     return sign * (odd * c + even * s), sign * (even - odd) * (odd * s + even * c)
 
 
-@cython.cfunc
-@cython.nogil
-@cython.exceptval(check=False)
 def _far(x: cython.double) -> tuple[cython.double, cython.double]:
     """Return sine and cosine of a large angle; NaN of one that is not finite."""
     if fabs(x) < 1e300:
@@ -111,34 +104,22 @@ def cosine(x: cython.double) -> float:
     return (turned(x) if fabs(x) <= LARGEST_ANGLE else _far(x))[1]
 
 
-@cython.cfunc
-@cython.inline
-@cython.nogil
-@cython.exceptval(check=False)
 def _root(x: cython.double) -> cython.double:
     """Return the square root, NaN of a negative number."""
     return sqrt(x) if cython.compiled or x >= 0.0 else float('nan')
 
 
-@cython.cfunc
-@cython.inline
-@cython.nogil
-@cython.exceptval(check=False)
 def _quotient(x: cython.double, y: cython.double) -> cython.double:
     """Return x / y, infinite or NaN where y is 0."""
-    if cython.compiled or y:
+    if cython.compiled:
         return x / y
     else:
-        return copysign(float('inf'), x) * copysign(1.0, y) if x < 0.0 or x > 0.0 \
-            else float('nan')
+        return x / y if y else copysign(float('inf'), x) * copysign(
+            1.0, y) if x < 0.0 or x > 0.0 else float('nan')
 
 
-@cython.cfunc
-@cython.inline
-@cython.nogil
-@cython.exceptval(check=False)
 def _run(code: cython.ulonglong[::1], size: cython.Py_ssize_t, v: cython.double[::1],
-         width: cython.Py_ssize_t) -> cython.void:
+         width: cython.Py_ssize_t) -> None:
     """Run a program on rows of `width` samples: a constant for the compiler, where inlined."""
     at: cython.Py_ssize_t = 0
     end: cython.Py_ssize_t
@@ -202,35 +183,24 @@ def _run(code: cython.ulonglong[::1], size: cython.Py_ssize_t, v: cython.double[
                                 v[o + k], v[b + k] = _far(v[a + k])
 
 
-@cython.cfunc
-@cython.nogil
-@cython.exceptval(check=False)
 def _run_one(code: cython.ulonglong[::1], size: cython.Py_ssize_t,
-             v: cython.double[::1]) -> cython.void:
+             v: cython.double[::1]) -> None:
     """Run a program on one sample."""
     _run(code, size, v, 1)
 
 
-@cython.cfunc
-@cython.nogil
-@cython.exceptval(check=False)
 def _run_block(code: cython.ulonglong[::1], size: cython.Py_ssize_t,
-               v: cython.double[::1]) -> wide:    # noqa: F821
+               v: cython.double[::1]) -> int:
     """Run a program on a block of samples."""
     _run(code, size, v, _BLOCK)
     return 0
 
 
-@cython.cfunc
-@cython.exceptval(check=False)
 def _columns(part: cython.double[:, :], rows: cython.Py_ssize_t) -> cython.Py_ssize_t:
     """Return how many columns a part has; far below 0 if it has not so many rows."""
     return part.shape[1] if part.shape[0] == rows else -(1 << 32)
 
 
-@cython.cfunc
-@cython.nogil
-@cython.exceptval(check=False)
 def _gather(v: cython.double[::1], row: cython.Py_ssize_t, part: cython.double[:, :],
             start: cython.Py_ssize_t, count: cython.Py_ssize_t) -> cython.Py_ssize_t:
     """Write a part of the samples into the rows from one on; return the row after the last."""
@@ -242,7 +212,6 @@ def _gather(v: cython.double[::1], row: cython.Py_ssize_t, part: cython.double[:
     return row + part.shape[1]
 
 
-@cython.cclass
 class Interpreter:
     """
     One program and its memory.
@@ -270,18 +239,6 @@ class Interpreter:
 
     """
 
-    n_inputs: cython.Py_ssize_t
-    n_outputs: cython.Py_ssize_t
-    n_constants: cython.Py_ssize_t
-    n_rows: cython.Py_ssize_t
-    size: cython.Py_ssize_t
-    code: cython.ulonglong[::1]
-    outputs: cython.ulonglong[::1]
-    v: cython.double[::1]
-    width: cython.Py_ssize_t
-    slices: list
-    new_array: object
-
     def __init__(self, code: array, n_rows: int, n_inputs: int, constants: array,
                  outputs: array, width: int, slices: list, new_array) -> None:
         self.width, self.slices, self.new_array = width, slices, new_array
@@ -295,12 +252,10 @@ class Interpreter:
         self.outputs = memoryview(outputs + array('Q', [0]))
         self.v = memoryview(array('d', [0.0] * n_inputs) + constants
                             + array('d', [0.0] * (1 + n_rows - n_inputs - len(constants))))
-        if not self._is_sound():
+        if not self.is_sound():
             raise ValueError('the code reads or writes outside of its rows')
 
-    @cython.cfunc
-    @cython.exceptval(check=False)
-    def _is_sound(self) -> cython.bint:
+    def is_sound(self) -> bool:
         """Return whether runs end with the code, and all rows may be used as they are."""
         i: cython.Py_ssize_t
         at: cython.Py_ssize_t = 0
@@ -364,20 +319,19 @@ class Interpreter:
         if count * width != self.n_inputs or len(parts) < count:
             return None
         for i in range(count):
-            if not self._copy(parts[i], i * width, width, True):
+            if not self.copy(parts[i], i * width, width, True):
                 return None
         _run_one(self.code, self.size, self.v)
         out = self.new_array(self.n_outputs)
-        if not self._copy(out, 0, self.n_outputs, False):
+        if not self.copy(out, 0, self.n_outputs, False):
             return None
         results: dict = {}
         for name, part in self.slices:
             results[name] = out[part]
         return results
 
-    @cython.cfunc
-    def _copy(self, numbers, row: cython.Py_ssize_t, count: cython.Py_ssize_t,
-              inwards: cython.bint) -> cython.bint:
+    def copy(self, numbers, row: cython.Py_ssize_t, count: cython.Py_ssize_t,
+             inwards: cython.bint) -> cython.bint:
         """Read rows from an array, or write the outputs into one; return whether it fits."""
         i: cython.Py_ssize_t
         fits: cython.bint

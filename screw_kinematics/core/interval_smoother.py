@@ -17,41 +17,27 @@ G. J. Bierman, "Fixed interval smoothing with discrete measurements", Int. J. Co
 
 from __future__ import annotations
 
-from array import array
-from typing import Any
+from collections.abc import Sequence
 
 try:
     import cython
 except ImportError:
     from . import uncompiled as cython
+from .gains import Gains
+from .tables import (
+    DENSEST, EVIDENCE, LEAST, row, SCALE, SPARSE, table, TIME_UNIT, WINDOW, zeros)
 if cython.compiled:
     from cython.cimports.libc.math import exp, log, sqrt
 else:
     from math import exp, log, sqrt
 
-TIME_UNIT = cython.declare(cython.double, 0.02)
-WINDOW = cython.declare(cython.double, 0.1)
-EVIDENCE = cython.declare(cython.double, 0.65)
-SPARSE = cython.declare(cython.double, 0.01)    # period at which a handicap counts once [s]
-LEAST = cython.declare(cython.double, 1e-26)
-SCALE = (1.0, TIME_UNIT, TIME_UNIT**2 / 2.0, TIME_UNIT**3 / 6.0)
-FACTORIAL = (1.0, 1.0, 2.0, 6.0)
-PAIRS = [(i, j) for i in range(4) for j in range(i, 4)]
-PRIOR = (100.0, 2e7, 1.5e8, 3e9)    # deviations of the state, in units of the noise, per s ...
-CARRIED = 2e5    # most that one may grow to from a sample to the next; more cancels to nothing
+PRIOR = (100.0, 2e7, 1.5e8, 3e9)
+"""Deviations of the state before the first sample, in units of the noise, per s ..."""
+
+CARRIED = 2e5
+"""Most that one may grow to from a sample to the next; more cancels to nothing."""
 
 
-def table(rows: int, columns: int) -> Any:
-    """Return a table of zeros."""
-    return memoryview(array('d', bytes(8 * rows * columns))).cast('B').cast('d', (rows, columns))
-
-
-def row(values: Any) -> Any:
-    """Return numbers in a row."""
-    return memoryview(array('d', values))
-
-
-@cython.cclass
 class IntervalSmoother:
     """
     Smooth signals that were sampled at the same times.
@@ -65,42 +51,15 @@ class IntervalSmoother:
 
     """
 
-    m: cython.Py_ssize_t
-    n: cython.Py_ssize_t
-    wide: cython.double
-    power: cython.double[::1]
-    noise: cython.double[::1]
-    scale: cython.double[::1]
-    times: cython.double[::1]
-    p: cython.double[:, ::1]          # predicted covariances, (N, 10 M)
-    gain: cython.double[:, ::1]       # (N, 4 M)
-    s: cython.double[:, ::1]          # variances of the innovations, (N, M)
-    alone: cython.double[:, ::1]      # information of the others about a sample, (N, M)
-    spread: cython.double[:, ::1]     # smoothed variances, (N, 4 M)
-    logs: cython.double[:, ::1]       # mean logarithm of s around each sample, (N, M)
-    span: cython.double[::1]          # samples in the window around each
-    keep: cython.double[::1]          # share of the window that is left from one to the next
-    x: cython.double[:, ::1]          # states, (N, 4 M)
-    error: cython.double[:, ::1]      # innovations, then what each is without itself, (N, M)
-    mean: cython.double[:, ::1]
-    before: cython.double[:, ::1]
-    weight: cython.double[::1]
-    work: cython.double[:, ::1]
-
-    def __init__(self, bandwidths: Any, wide: float) -> None:
-        self.m, self.wide, self.n = len(bandwidths), wide, 0
-        self.power = row([(2 * 3.141592653589793 * f) ** 8 for f in bandwidths])
-        self.scale = row(SCALE)
-        self.noise = row([
-            SCALE[i] * SCALE[j] / ((7 - i - j) * FACTORIAL[3 - i] * FACTORIAL[3 - j])
-            for i, j in PAIRS])
-        self.weight, self.work = row([0.0] * self.m), table(10, self.m)
+    def __init__(self, bandwidths: Sequence, wide: float) -> None:
+        self.gains = Gains([(4, f) for f in bandwidths])
+        self.m, self.wide, self.n = self.gains.m, wide, 0
+        self.scale, self.weight, self.work = row(SCALE), zeros(self.m), table(10, self.m)
 
     def plan(self, times: cython.double[::1]) -> None:
         """Find covariances and gains for these times, which increase."""
         i: cython.Py_ssize_t
         k: cython.Py_ssize_t
-        a: cython.Py_ssize_t
         n: cython.Py_ssize_t = times.shape[0]
         m: cython.Py_ssize_t = self.m
         self.n = n
@@ -109,97 +68,40 @@ class IntervalSmoother:
         self.alone, self.spread, self.logs = table(n, m), table(n, 4 * m), table(n, m)
         self.x, self.error, self.mean = table(n, 4 * m), table(n, m), table(n, m)
         self.before = table(n, m)
-        self.span, self.keep = row([0.0] * n), row([0.0] * n)
+        self.span, self.keep = zeros(n), zeros(n)
         period: cython.double = (times[n - 1] - times[0]) / (n - 1)
-        # The more samples in a window, the more alike are the errors of neighbours.
-        wide: cython.double = self.wide * sqrt(SPARSE / period if 8.0 * period > SPARSE else 8.0)
-        p: cython.double[:, ::1] = self.work
+        dense: cython.double = SPARSE / period
+        dense = dense if dense < DENSEST else DENSEST
+        wide: cython.double = self.wide * sqrt(dense)
         far = max(1.0, max(times[i] - times[i - 1] for i in range(1, n)) / TIME_UNIT)
-        for k in range(m):
-            for a in range(10):
-                p[a, k] = 0.0
-            for a, diagonal in enumerate((0, 4, 7, 9)):
-                p[diagonal, k] = min(PRIOR[a] * SCALE[a], CARRIED / far ** a) ** 2
+        self.gains.start(row([min(deviation * SCALE[a], CARRIED / far ** a) ** 2
+                              for a, deviation in enumerate(PRIOR)]))
         for i in range(n):
             if i:
                 self.keep[i] = exp(-(times[i] - times[i - 1]) / WINDOW)
-                self._predict(times[i] - times[i - 1], period)
-            self._update(i)
+                self.gains.predict(times[i] - times[i - 1], period)
+            self.gains.update()
+            self.remember(i)
             for k in range(m):
                 self.logs[i, k] = (1.0 + wide) * log(self.s[i, k])
             self.span[i] = 1.0
-        self._around(self.logs)
-        self._span()
-        self._backward()
+        self.around(self.logs)
+        self.count()
+        self.backward()
 
-    @cython.cfunc
-    @cython.exceptval(check=False)
-    def _predict(self, dt: cython.double, period: cython.double) -> cython.void:
-        k: cython.Py_ssize_t
-        r: cython.double = dt / TIME_UNIT
-        r2: cython.double = r * r
-        r3: cython.double = r2 * r
-        d2: cython.double = dt * dt
-        d3: cython.double = d2 * dt
-        d4: cython.double = d2 * d2
-        d5: cython.double = d4 * dt
-        d6: cython.double = d3 * d3
-        d7: cython.double = d6 * dt
-        cap: cython.double = 2.5e10 / d7
-        p: cython.double[:, ::1] = self.work
-        c: cython.double[::1] = self.noise
-        for k in range(self.m):
-            a00: cython.double = p[0, k] + r * p[1, k] + r2 * p[2, k] + r3 * p[3, k]
-            a01: cython.double = p[1, k] + r * p[4, k] + r2 * p[5, k] + r3 * p[6, k]
-            a02: cython.double = p[2, k] + r * p[5, k] + r2 * p[7, k] + r3 * p[8, k]
-            a03: cython.double = p[3, k] + r * p[6, k] + r2 * p[8, k] + r3 * p[9, k]
-            a11: cython.double = p[4, k] + 2.0 * r * p[5, k] + 3.0 * r2 * p[6, k]
-            a12: cython.double = p[5, k] + 2.0 * r * p[7, k] + 3.0 * r2 * p[8, k]
-            a13: cython.double = p[6, k] + 2.0 * r * p[8, k] + 3.0 * r2 * p[9, k]
-            a22: cython.double = p[7, k] + 3.0 * r * p[8, k]
-            a23: cython.double = p[8, k] + 3.0 * r * p[9, k]
-            d: cython.double = self.power[k] * period
-            d = d if d < cap else cap
-            p[0, k] = a00 + r * a01 + r2 * a02 + r3 * a03 + d * c[0] * d7
-            p[1, k] = a01 + 2.0 * r * a02 + 3.0 * r2 * a03 + d * c[1] * d6
-            p[2, k] = a02 + 3.0 * r * a03 + d * c[2] * d5
-            p[3, k] = a03 + d * c[3] * d4
-            p[4, k] = a11 + 2.0 * r * a12 + 3.0 * r2 * a13 + d * c[4] * d5
-            p[5, k] = a12 + 3.0 * r * a13 + d * c[5] * d4
-            p[6, k] = a13 + d * c[6] * d3
-            p[7, k] = a22 + 3.0 * r * a23 + d * c[7] * d3
-            p[8, k] = a23 + d * c[8] * d2
-            p[9, k] = p[9, k] + d * c[9] * dt
-
-    @cython.cfunc
-    @cython.exceptval(check=False)
-    def _update(self, i: cython.Py_ssize_t) -> cython.void:
+    def remember(self, i: cython.Py_ssize_t) -> None:
+        """Remember gains, and the covariances that they are of."""
         k: cython.Py_ssize_t
         a: cython.Py_ssize_t
         m: cython.Py_ssize_t = self.m
-        p: cython.double[:, ::1] = self.work
         for k in range(m):
             for a in range(10):
-                self.p[i, a * m + k] = p[a, k]
-            s: cython.double = p[0, k] + 1.0
-            g0: cython.double = p[0, k] / s
-            g1: cython.double = p[1, k] / s
-            g2: cython.double = p[2, k] / s
-            g3: cython.double = p[3, k] / s
-            p[4, k] -= g1 * p[1, k]
-            p[5, k] -= g1 * p[2, k]
-            p[6, k] -= g1 * p[3, k]
-            p[7, k] -= g2 * p[2, k]
-            p[8, k] -= g2 * p[3, k]
-            p[9, k] -= g3 * p[3, k]
-            p[0, k], p[1, k], p[2, k], p[3, k] = g0, g1, g2, g3
-            self.gain[i, k], self.gain[i, m + k] = g0, g1
-            self.gain[i, 2 * m + k], self.gain[i, 3 * m + k] = g2, g3
-            self.s[i, k] = s
+                self.p[i, a * m + k] = self.gains.ahead[a, k]
+            for a in range(4):
+                self.gain[i, a * m + k] = self.gains.gain[a, k]
+            self.s[i, k] = self.gains.s[k]
 
-    @cython.cfunc
-    @cython.exceptval(check=False)
-    def _around(self, of: cython.double[:, ::1]) -> cython.void:
+    def around(self, of: cython.double[:, ::1]) -> None:
         """Replace rows by their sums over time, fading to either side."""
         i: cython.Py_ssize_t
         k: cython.Py_ssize_t
@@ -220,9 +122,8 @@ class IntervalSmoother:
                 of[i, k] += before[i, k] + w[0, k]
                 w[0, k] = self.keep[i] * (w[0, k] + own)
 
-    @cython.cfunc
-    @cython.exceptval(check=False)
-    def _span(self) -> cython.void:
+    def count(self) -> None:
+        """Count the samples in the window around each."""
         i: cython.Py_ssize_t
         before: cython.double = 0.0
         after: cython.double = 0.0
@@ -234,9 +135,7 @@ class IntervalSmoother:
             self.span[i] += after
             after = self.keep[i] * (after + 1.0)
 
-    @cython.cfunc
-    @cython.exceptval(check=False)
-    def _backward(self) -> cython.void:
+    def backward(self) -> None:
         """Find smoothed variances, and what the other samples know about each."""
         i: cython.Py_ssize_t
         k: cython.Py_ssize_t
@@ -291,12 +190,10 @@ class IntervalSmoother:
                 f[3, k] = a03 - b3
                 f[4, k], f[5, k], f[6, k] = f11, f12, f13
                 f[7, k], f[8, k], f[9, k] = f22, f23, f33
-                self._spread(i, k, p, f)
+                self.spread_of(i, k, p, f)
 
-    @cython.cfunc
-    @cython.exceptval(check=False)
-    def _spread(self, i: cython.Py_ssize_t, k: cython.Py_ssize_t, p: cython.double[:, ::1],
-                f: cython.double[:, ::1]) -> cython.void:
+    def spread_of(self, i: cython.Py_ssize_t, k: cython.Py_ssize_t, p: cython.double[:, ::1],
+                  f: cython.double[:, ::1]) -> None:
         """Write the smoothed variances P - P f P of a filter."""
         a: cython.Py_ssize_t
         m: cython.Py_ssize_t = self.m
@@ -364,10 +261,10 @@ class IntervalSmoother:
                 w[1, k] = x1 + g[i, m + k] * e
                 w[2, k] = x2 + g[i, 2 * m + k] * e
                 w[3, k] = x3 + g[i, 3 * m + k] * e
-        self._around(self.mean)
+        self.around(self.mean)
         for k in range(m):
             # What fails within its memory of the start fits the start by its free state alone.
-            memory: cython.double = 0.3 / (self.power[k] ** 0.125 / 6.283185307179586)
+            memory: cython.double = 0.3 / (self.gains.power[k] ** 0.125 / 6.283185307179586)
             later: cython.Py_ssize_t = 0
             while later < n - 1 and self.times[later] - self.times[0] < memory:
                 later += 1
@@ -403,13 +300,11 @@ class IntervalSmoother:
                 x[i, 3 * m + k] += (p[i, 3 * m + k] * l0 + p[i, 6 * m + k] * l1
                                     + p[i, 8 * m + k] * l2 + p[i, 9 * m + k] * l3)
         for i in range(n):
-            self._mix(i, floor, state, variance, rest)
+            self.mix(i, floor, state, variance, rest)
             state[0, i] += start
 
-    @cython.cfunc
-    @cython.exceptval(check=False)
-    def _mix(self, i: cython.Py_ssize_t, floor: cython.double, state: cython.double[:, ::1],
-             variance: cython.double[:, ::1], rest: cython.double[:, ::1]) -> cython.void:
+    def mix(self, i: cython.Py_ssize_t, floor: cython.double, state: cython.double[:, ::1],
+            variance: cython.double[:, ::1], rest: cython.double[:, ::1]) -> None:
         """Weigh the filters by how well they predicted the samples around one."""
         k: cython.Py_ssize_t
         a: cython.Py_ssize_t

@@ -11,7 +11,9 @@ from typing import NamedTuple
 
 from .tick_counter import TickCounter
 from ..core.bank import Bank
-from ..core.device_clock import Line, Readings
+from ..core.period_search import PeriodSearch
+from ..core.readings import Readings
+from ..core.robust_line import Line
 
 WINDOW = 40
 """Readings that are searched for a period."""
@@ -93,6 +95,7 @@ class DeviceClock:
 
     def __init__(self, n_joints: int) -> None:
         self._readings = Readings(n_joints, WINDOW)
+        self._periods = PeriodSearch(self._readings)
         self._agreed = array('d', bytes(8 * n_joints))
         self.start(0.0, self._agreed)
 
@@ -428,14 +431,14 @@ class DeviceClock:
         """Try other countings of the latest readings; adopt one that is proven."""
         ticks, readings = self.ticks, self._readings
         assert ticks is not None
-        number = readings.since_moving()
+        number = self._periods.since_moving()
         if number < BLOCK:
             return None
         if number >= 30:        # a long window that tells nothing
             self._due = self._blocks + self._patience
             self._patience = min(1.5 * self._patience, 40.0)
         readings.drop(readings.number() - number)
-        found = readings.search(ticks.deviation, ticks.period)
+        found = self._periods.search(ticks.deviation, ticks.period)
         if found is None or found[0] < ADOPT:
             return None
         _, numbers, at_zero, period, deviation = found

@@ -126,8 +126,8 @@ class MotionEstimator(JointEstimator):
         """
         names: Iterable[object] = range(self.n_joints) if joint_names is None else joint_names
         found = [*super().doubts(joint_names), *self._clock.doubts()]
-        count = self._bank.count()
-        if not self._bank.has_velocity() or count < FEW:
+        count = self._bank.count
+        if not self._bank.with_velocity or count < FEW:
             return found
         facts = self._bank.velocity_facts()
         idle = [alive < 0.1 * FEW for alive, *_ in facts]
@@ -146,7 +146,7 @@ class MotionEstimator(JointEstimator):
         """Return the stamp by a clock that was not set back meanwhile."""
         own = stamp - self._shift
         last, bank = self._admission.stamp, self._bank
-        if own > last or len(position) != self.n_joints or bank.count() <= SETTLED:
+        if own > last or len(position) != self.n_joints or bank.count <= SETTLED:
             self._back = inf
             return own
         period = self._clock.period or 1e-3
@@ -195,7 +195,7 @@ class MotionEstimator(JointEstimator):
             return Placed(stamp, stamp, 1.0, 0.0, [(stamp, position)])
         own = admission.stamp
         placed = Placed(own, own, 1.0, 0.0, None) if not self._regularise else clock.update(
-            own, position, bank if bank.count() > SETTLED else None)
+            own, position, bank if bank.count > SETTLED else None)
         if placed.replay is not None:
             bank.start(*placed.replay[0])
             for time, replayed in placed.replay[1:]:
@@ -228,7 +228,7 @@ class MotionEstimator(JointEstimator):
         if placed.age > LONGEST_AGE and placed.age > PERIODS * self._clock.period:
             return self._admission.refuse(Reason.NO_NEW_READING)
         bank, wanted = self._bank, self.covariance_wanted
-        if (bank.count() + 1 < self.min_samples
+        if (bank.count + 1 < self.min_samples
                 or bank.read(placed.instant - self.delay / placed.rate, placed.time is not None,
                              placed.rate, wanted)):
             return Reason.SETTLING

@@ -7,7 +7,7 @@ from __future__ import annotations
 from collections import deque
 from math import inf, log
 
-from ..core.device_clock import Line
+from ..core.robust_line import Line
 
 LONGEST = 2.0
 """Memory of phase and period, s."""

@@ -14,7 +14,8 @@ from screw_kinematics import core
 @pytest.fixture
 def room(tmp_path, monkeypatch):
     """Return a folder in the place of the core, with one module compiled just now."""
-    for name in ('__init__.py', 'uncompiled.py', 'loops.py', f'loops{EXTENSION_SUFFIXES[0]}'):
+    for name in ('__init__.py', 'uncompiled.py', 'loops.py', 'loops.pxd',
+                 f'loops{EXTENSION_SUFFIXES[0]}'):
         (tmp_path / name).touch()
     monkeypatch.setattr(core, '__file__', str(tmp_path / '__init__.py'))
     monkeypatch.delenv(core.INTERPRETED, raising=False)

@@ -1,0 +1,46 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+from .channel cimport Channel
+from .gains cimport Gains
+from .mixture cimport Mixture
+from .steps cimport Steps
+from .travel cimport Travel
+from .velocity_trust cimport VelocityTrust
+
+cdef double DENSEST, SPARSE, TIME_UNIT, WINDOW
+
+
+cdef class Bank:
+    cdef Py_ssize_t n, m
+    cdef double wide, delay
+    cdef bint delayed
+    cdef Gains gains
+    cdef Channel position, velocity
+    cdef list trust                 # of each joint's velocity
+    cdef Steps steps
+    cdef Mixture mixture
+    cdef Travel travelled
+    cdef double[::1] prior, scale
+    cdef double[::1] lsum           # forgetful means of what filters pay for their variances
+    cdef double[:, ::1] now         # weighted state after the latest sample, (4, n), SI
+    cdef double[:, ::1] out         # what was read: 4 rows of state, 10 of covariance, SI
+    cdef double[::1] instead        # velocities for those that are not measured
+    # The run.
+    cdef readonly long long count   # samples after the first
+    cdef double time, dt, rate
+    cdef double period              # mean step
+    cdef double usual               # mean of steps near the usual one
+    cdef int unusual
+    cdef double reference           # step that gains are found for while steps are near it
+    cdef double used                # step that gains were found for
+    cdef long long steady           # steps since the gains changed
+    cdef double span
+    cdef readonly bint with_velocity    # whether velocities come with the positions
+    cdef int missing
+
+    cdef VelocityTrust trust_in(self, Py_ssize_t j)
+    cdef double pace(self, double dt) noexcept
+    cdef void handicap(self, double share) noexcept
+    cdef void prepare(self, Channel c, double share, double plausible, Py_ssize_t slot) noexcept
+    cdef void average(self) noexcept
+    cdef void fuse(self, VelocityTrust trust, Py_ssize_t j, double at, bint fresh) noexcept

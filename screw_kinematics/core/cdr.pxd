@@ -1,0 +1,18 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+cdef unsigned int _count(bytes data, Py_ssize_t at) noexcept
+cdef tuple _reals(bytes data, Py_ssize_t at, Py_ssize_t count)
+
+
+cdef class JointStateLayout:
+    cdef bytes example, mask
+    cdef Py_ssize_t size, end, position_at, positions, velocity_at, velocities
+    cdef Py_ssize_t velocity_count_at, effort_count_at
+
+    cdef bint fits(self, bytes data) noexcept
+
+
+cdef class StampedMessage:
+    cdef bytes head
+    cdef Py_ssize_t[::1] places
+    cdef Py_ssize_t count, needed

@@ -1,0 +1,57 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+from .gains cimport Gains
+
+cdef double EVIDENCE, LEAST
+
+
+cdef class Signal:
+    cdef double last            # latest sample
+    cdef double quantum         # the encoder's step; share of changes that are multiples of it,
+    cdef double fit             # and their number
+    cdef double changes
+    cdef double pending         # deviation of the sample that waits
+    cdef int waiting            # samples that wait
+    cdef double envelope        # usual deviation
+    cdef double noise
+    cdef readonly int odd       # number of odd samples
+    cdef double limit           # when the first of those that wait came: the limit, whether it was
+    cdef bint taken             # taken, the step to it; the state without it
+    cdef double step
+    cdef double s0, s1, s2, s3
+
+    cdef void start(self, double z) noexcept
+    cdef void follow_quantum(self, double z) noexcept
+    cdef double step_of_encoder(self) noexcept
+
+
+cdef class Channel:
+    cdef Py_ssize_t n, m
+    cdef bint delayed
+    cdef Gains gains
+    cdef readonly list signals
+    cdef double[::1] lsum       # forgetful means of the logarithms of the innovations' variances
+    cdef double[:, ::1] x       # scaled states, (4, n M)
+    cdef double[::1] mean       # forgetful mean squares of the innovations over variances
+    cdef double[::1] before     # the same before the sample that waits
+    cdef double[::1] weight
+    cdef double[:, ::1] states  # predicted states of the latest steps, (steps, 4 n M)
+    cdef double[:, ::1] errors  # innovations of the latest steps, (steps, n M)
+    # The sample at hand.
+    cdef double r               # step since the one before, in TIME_UNIT
+    cdef double share           # what it counts in forgetful means,
+    cdef double span            # and the samples in these
+    cdef double plausible       # a deviation that need not wait
+    cdef bint settling          # whether none waits yet
+    cdef Py_ssize_t slot        # where it is remembered
+
+    cdef Signal signal(self, Py_ssize_t j)
+    cdef void start(self, double[::1] z) noexcept
+    cdef void advance(self, double[::1] z, double[::1] instead) noexcept
+    cdef void predict(self) noexcept
+    cdef void update(self, Signal u, Py_ssize_t j, double at, double instead) noexcept
+    cdef bint admit(self, Signal u, Py_ssize_t first, double deviation, double limit,
+                    bint same) noexcept
+    cdef bint decide(self, Signal u, Py_ssize_t first, double at) noexcept
+    cdef void correct(self, Py_ssize_t first, double change, int waiting) noexcept
+    cdef void weigh(self, Py_ssize_t first, double least) noexcept

@@ -1,0 +1,302 @@
+# cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True
+# cython: initializedcheck=False
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""
+The filters of signals that are sampled together, weighed by likelihood.
+
+Lane = joint * M + filter; tables have one row for each quantity and one column for each lane.
+"""
+from __future__ import annotations
+
+try:
+    import cython
+except ImportError:
+    from . import uncompiled as cython
+from .gains import Gains
+from .tables import EVIDENCE, LEAST, table, zeros
+if cython.compiled:
+    from cython.cimports.libc.math import exp, fabs, floor, isfinite, log, sqrt
+else:
+    from math import exp, fabs, floor, isfinite, log, sqrt
+
+HOLD = cython.declare(cython.double, 6.0)
+"""Deviation, in deviations foreseen, beyond which a sample waits for the next one."""
+
+LONGEST_WAIT = cython.declare(cython.int, 3)
+"""Samples that may wait."""
+
+EXACT = cython.declare(cython.double, 0.7)
+"""Share of changes that are multiples of a step from which on it is an encoder's."""
+
+
+class Signal:
+    """What is known of one signal's samples."""
+
+    def __init__(self) -> None:
+        self.last = self.quantum = self.fit = self.changes = self.noise = 0.0
+        self.limit = self.step = self.s0 = self.s1 = self.s2 = self.s3 = 0.0
+        self.odd, self.taken = 0, False
+        self.start(0.0)
+
+    def start(self, z: cython.double) -> None:
+        """Begin a run with a sample."""
+        self.last = z
+        self.pending = self.envelope = 0.0
+        self.waiting = 0
+
+    def step_of_encoder(self) -> cython.double:
+        """Return the encoder's step; 0 if there seems to be none."""
+        return self.quantum if self.fit > EXACT else 0.0
+
+    def follow_quantum(self, z: cython.double) -> None:
+        """Follow the step of which all changes are multiples, by Euclid's algorithm."""
+        d: cython.double = fabs(z - self.last)
+        self.last = z
+        if d < 1e-12:
+            return
+        q: cython.double = self.quantum
+        self.changes += 1.0
+        if q == 0.0:
+            self.quantum = d
+            self.changes = 1.0
+            if self.fit == 0.0:
+                self.fit = 1.0
+            return
+        rest: cython.double = fabs(d - q * floor(d / q + 0.5))
+        self.fit += 0.05 * ((1.0 if rest < 0.1 * q else 0.0) - self.fit)
+        # Positions that went through single precision are no exact multiples.
+        single: cython.double = 1.2e-7 * fabs(z)
+        if rest > (1e-3 * q if 1e-3 * q > single else single):
+            self.quantum = rest
+        elif self.fit < 0.3 and self.changes > 60.0:
+            self.quantum = 0.0
+
+
+class Channel:
+    """
+    What a bank keeps of positions, or of velocities.
+
+    Parameters
+    ----------
+    n:
+        Number of signals.
+    gains:
+        Of the filters.
+    lsum:
+        What becomes the forgetful means of the logarithms of the innovations' variances.
+    delayed:
+        Whether the latest steps are remembered.
+
+    """
+
+    def __init__(self, n: int, gains: Gains, lsum: cython.double[::1], delayed: bool) -> None:
+        m = gains.m
+        self.n, self.m, self.gains, self.lsum, self.delayed = n, m, gains, lsum, delayed
+        self.signals = [Signal() for _ in range(n)]
+        self.x = table(4, n * m)
+        self.mean, self.before, self.weight = zeros(n * m), zeros(n * m), zeros(n * m)
+        self.states, self.errors = table(1, 1), table(1, 1)
+
+    def signal(self, j: cython.Py_ssize_t) -> Signal:
+        """Return what is known of a signal."""
+        return self.signals[j]
+
+    def start(self, z: cython.double[::1]) -> None:
+        """Begin a run with a sample."""
+        i: cython.Py_ssize_t
+        j: cython.Py_ssize_t
+        k: cython.Py_ssize_t
+        for j in range(self.n):
+            self.signal(j).start(z[j])
+            for k in range(j * self.m, (j + 1) * self.m):
+                self.x[0, k] = z[j]
+                for i in range(1, 4):
+                    self.x[i, k] = 0.0
+                self.mean[k] = self.before[k] = 0.0
+                self.weight[k] = 1.0 / self.m
+
+    def advance(self, z: cython.double[::1], instead: cython.double[::1]) -> None:
+        """Take a sample of all signals; `instead` stands in for what is NaN."""
+        j: cython.Py_ssize_t
+        self.predict()
+        for j in range(self.n):
+            self.update(self.signal(j), j, z[j], instead[j])
+
+    def predict(self) -> None:
+        """Predict the states at the sample."""
+        k: cython.Py_ssize_t
+        r: cython.double = self.r
+        r2: cython.double = r * r
+        r3: cython.double = r2 * r
+        x: cython.double[:, ::1] = self.x
+        for k in range(self.n * self.m):
+            x3: cython.double = x[3, k]
+            x2: cython.double = x[2, k]
+            x1: cython.double = x[1, k]
+            x[0, k] = x[0, k] + r * x1 + r2 * x2 + r3 * x3
+            x[1, k] = x1 + 2.0 * r * x2 + 3.0 * r2 * x3
+            x[2, k] = x2 + 3.0 * r * x3
+
+    def update(self, u: Signal, j: cython.Py_ssize_t, at: cython.double,
+               instead: cython.double) -> None:
+        """Decide what the sample of a signal is worth, update its filters, weigh them."""
+        k: cython.Py_ssize_t
+        m: cython.Py_ssize_t = self.m
+        first: cython.Py_ssize_t = j * m
+        lanes: cython.Py_ssize_t = self.n * m
+        slot: cython.Py_ssize_t = self.slot
+        share: cython.double = self.share
+        x: cython.double[:, ::1] = self.x
+        w: cython.double[::1] = self.weight
+        mean: cython.double[::1] = self.mean
+        g: cython.double[:, ::1] = self.gains.gain
+        s: cython.double[::1] = self.gains.s
+        known: cython.bint = isfinite(at)
+        same: cython.bint = at == u.last
+        if known:
+            u.follow_quantum(at)
+        # Noise is never below that of rounding: silence between two steps proves nothing.
+        least: cython.double = u.step_of_encoder() * u.step_of_encoder() / 12.0
+        foreseen: cython.double = 0.0
+        noise: cython.double = 0.0
+        variance: cython.double = 0.0
+        for k in range(m):
+            foreseen += w[first + k] * x[0, first + k]
+        for k in range(m):
+            apart: cython.double = x[0, first + k] - foreseen
+            own: cython.double = mean[first + k] if mean[first + k] > least else least
+            noise += w[first + k] * own
+            variance += w[first + k] * (s[k] * own + apart * apart)
+        u.noise = noise
+        score: cython.bint = known
+        if known and not self.settling:
+            if u.waiting > 0:
+                score = self.decide(u, first, at)
+            else:
+                score = self.admit(u, first, at - foreseen,
+                                   HOLD * (sqrt(variance) + u.envelope), same)
+                if u.waiting > 0:
+                    u.s0 = foreseen
+        if not score:
+            at = foreseen if known else instead
+        for k in range(m):
+            error: cython.double = at - x[0, first + k]
+            if self.delayed:
+                self.states[slot, first + k] = x[0, first + k]
+                self.states[slot, lanes + first + k] = x[1, first + k]
+                self.states[slot, 2 * lanes + first + k] = x[2, first + k]
+                self.states[slot, 3 * lanes + first + k] = x[3, first + k]
+                self.errors[slot, first + k] = error
+            x[0, first + k] += g[0, k] * error
+            x[1, first + k] += g[1, k] * error
+            x[2, first + k] += g[2, k] * error
+            x[3, first + k] += g[3, k] * error
+            if score:
+                mean[first + k] += share * (error * error / s[k] - mean[first + k])
+        if score:
+            self.weigh(first, least)
+
+    def admit(self, u: Signal, first: cython.Py_ssize_t, deviation: cython.double,
+              limit: cython.double, same: cython.bint) -> cython.bint:
+        """Return whether a sample counts now; one that is improbable waits for the next."""
+        k: cython.Py_ssize_t
+        w: cython.double[::1] = self.weight
+        x: cython.double[:, ::1] = self.x
+        if fabs(deviation) <= limit:
+            u.envelope += 0.2 * (fabs(deviation) - u.envelope)
+            return True
+        u.waiting = 1
+        u.pending = deviation
+        u.limit, u.step = limit, self.r
+        u.odd += 1
+        u.taken = fabs(deviation) < self.plausible and not same
+        s1: cython.double = 0.0
+        s2: cython.double = 0.0
+        s3: cython.double = 0.0
+        for k in range(first, first + self.m):
+            s1 += w[k] * x[1, k]
+            s2 += w[k] * x[2, k]
+            s3 += w[k] * x[3, k]
+            self.before[k] = self.mean[k]
+        u.s1, u.s2, u.s3 = s1, s2, s3
+        return u.taken
+
+    def decide(self, u: Signal, first: cython.Py_ssize_t, at: cython.double) -> cython.bint:
+        """
+        Decide, by the sample after it, about the sample that waits; return whether that counts.
+
+        Its own deviation p, the next one's d0 from where the joint would be without it: back
+        within the limit, it was odd and is forgotten; as many times p as if velocity or
+        acceleration had jumped, it was real, and what it says is added now. Else the next one
+        waits too.
+        """
+        k: cython.Py_ssize_t
+        r: cython.double = self.r
+        r2: cython.double = r * r
+        r3: cython.double = r2 * r
+        s3: cython.double = u.s3
+        s2: cython.double = u.s2 + 3.0 * r * s3
+        s1: cython.double = u.s1 + 2.0 * r * u.s2 + 3.0 * r2 * s3
+        s0: cython.double = u.s0 + r * u.s1 + r2 * u.s2 + r3 * s3
+        deviation: cython.double = at - s0
+        ratio: cython.double = deviation / u.pending
+        # Of equal steps 2, 4, 8 for a jump of velocity, acceleration, jerk; less after a pause.
+        onward: cython.double = r / u.step if r < u.step else 1.0
+        least: cython.double = exp(0.58 * log(1.0 + onward))
+        most: cython.double = exp(3.17 * log(1.0 + onward))
+        if fabs(deviation) <= u.limit and ratio < 0.5:      # it was odd
+            if u.taken:
+                self.correct(first, -u.pending, u.waiting)
+                for k in range(first, first + self.m):
+                    self.mean[k] = self.before[k]
+        elif not u.taken and (ratio < least or ratio > most) and u.waiting < LONGEST_WAIT:
+            u.waiting += 1
+            u.s0, u.s1, u.s2 = s0, s1, s2
+            if ratio <= 0.5 or ratio > most:
+                u.pending = deviation
+            return False
+        elif not u.taken:                                   # it was real
+            self.correct(first, u.pending, u.waiting)
+        u.waiting = 0
+        size: cython.double = fabs(deviation)
+        size = size if size < 3.0 * u.limit else 3.0 * u.limit
+        u.envelope += 0.2 * (size - u.envelope)
+        return True
+
+    def correct(self, first: cython.Py_ssize_t, change: cython.double,
+                waiting: cython.int) -> None:
+        """Let the sample that waited, so many ago, have been another, by what it would change."""
+        k: cython.Py_ssize_t
+        r: cython.double = self.r
+        r2: cython.double = r * r
+        r3: cython.double = r2 * r
+        x: cython.double[:, ::1] = self.x
+        h: cython.double[:, ::1] = self.gains.before
+        size: cython.Py_ssize_t = self.errors.shape[0]
+        for k in range(self.m):
+            x[0, first + k] += change * (h[0, k] + r * h[1, k] + r2 * h[2, k] + r3 * h[3, k])
+            x[1, first + k] += change * (h[1, k] + 2.0 * r * h[2, k] + 3.0 * r2 * h[3, k])
+            x[2, first + k] += change * (h[2, k] + 3.0 * r * h[3, k])
+            x[3, first + k] += change * h[3, k]
+            if self.delayed:
+                self.errors[(self.slot - waiting + size) % size, first + k] += change
+
+    def weigh(self, first: cython.Py_ssize_t, least: cython.double) -> None:
+        """Turn the likelihoods of a signal's filters into weights."""
+        k: cython.Py_ssize_t
+        w: cython.double[::1] = self.weight
+        mean: cython.double[::1] = self.mean
+        best: cython.double = 1e300
+        total: cython.double = 0.0
+        span: cython.double = -0.5 * EVIDENCE * self.span
+        for k in range(self.m):
+            own: cython.double = mean[first + k] if mean[first + k] > least else least
+            own = log(own + LEAST) + self.lsum[k]
+            w[first + k] = own
+            best = own if own < best else best
+        for k in range(first, first + self.m):
+            w[k] = exp(span * (w[k] - best))
+            total += w[k]
+        for k in range(first, first + self.m):
+            w[k] /= total

@@ -1,0 +1,171 @@
+# cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True
+# cython: initializedcheck=False
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""
+The latest readings of a device.
+
+A *reading* is a position that was read at a tick of the device; its *deviation* is how much later
+than the tick its stamp is, in the device's time.
+"""
+from __future__ import annotations
+
+from array import array
+
+try:
+    import cython
+except ImportError:
+    from . import uncompiled as cython
+from .tables import table, zeros
+if cython.compiled:
+    from cython.cimports.libc.math import fabs
+else:
+    from math import fabs
+
+
+class Readings:
+    """
+    The latest readings, each at another tick than the one before.
+
+    Parameters
+    ----------
+    n:
+        Number of joints.
+    size:
+        How many are kept.
+
+    """
+
+    def __init__(self, n: int, size: int) -> None:
+        self.n, self.size, self.count = n, size, 0
+        self.tick, self.deviation, self.stamp = zeros(size), zeros(size), zeros(size)
+        self.time, self.q = zeros(size), table(size, n)
+        self.base, self.product = zeros(size), zeros(size)
+
+    def clear(self) -> None:
+        """Forget all."""
+        self.count = 0
+
+    def number(self) -> int:
+        """Return how many there are."""
+        return self.count
+
+    def add(self, tick: cython.double, deviation: cython.double, stamp: cython.double,
+            time: cython.double, position: cython.double[::1]) -> None:
+        """Add a reading; the oldest one is forgotten where there is no room."""
+        if self.count == self.size:
+            self.drop(1)
+        j: cython.Py_ssize_t
+        i: cython.Py_ssize_t = self.count
+        self.tick[i], self.deviation[i], self.stamp[i], self.time[i] = (
+            tick, deviation, stamp, time)
+        for j in range(self.n):
+            self.q[i, j] = position[j]
+        self.count += 1
+
+    def drop(self, first: cython.Py_ssize_t) -> None:
+        """Forget the oldest ones."""
+        i: cython.Py_ssize_t
+        j: cython.Py_ssize_t
+        for i in range(self.count - first):
+            self.tick[i], self.deviation[i] = self.tick[i + first], self.deviation[i + first]
+            self.stamp[i], self.time[i] = self.stamp[i + first], self.time[i + first]
+            for j in range(self.n):
+                self.q[i, j] = self.q[i + first, j]
+        self.count -= first
+
+    def at(self, i: int) -> tuple[float, float, float, float]:
+        """Return tick, deviation, stamp and time of reading i; -1: the latest."""
+        k = self.count + i if i < 0 else i
+        return self.tick[k], self.deviation[k], self.stamp[k], self.time[k]
+
+    def position(self, i: int) -> array[float]:
+        """Return the positions of reading i."""
+        return array('d', [self.q[i, j] for j in range(self.n)])
+
+    def place(self, i: int, tick: float, deviation: float, time: float) -> None:
+        """Put reading i at another tick."""
+        self.tick[i], self.deviation[i], self.time[i] = tick, deviation, time
+
+    def rescale(self, origin: cython.double, factor: cython.double) -> None:
+        """Count ticks from another origin, and by another length."""
+        i: cython.Py_ssize_t
+        for i in range(self.count):
+            self.tick[i] = (self.tick[i] - origin) / factor
+
+    def divisor(self, last: cython.Py_ssize_t) -> int:
+        """Return the common divisor of the steps, in ticks, of the latest readings."""
+        i: cython.Py_ssize_t
+        common: cython.longlong = 0
+        a: cython.longlong
+        b: cython.longlong
+        for i in range(self.count - last + 1, self.count):
+            a = round_to(self.tick[i] - self.tick[i - 1])
+            b = common
+            while b:
+                a, b = b, a % b
+            common = a
+        return common
+
+    def regress(self, last: cython.Py_ssize_t,
+                period: cython.double) -> tuple[float, float, float]:
+        """
+        Compare fourth differences of the latest positions with those of velocity times deviation.
+
+        Only joints that go on one way count: noise at rest says nothing.
+
+        Returns
+        -------
+        Sums of the products, of the squares of the second, of the squares of the first; all 0
+        where no joint goes on.
+
+        """
+        i: cython.Py_ssize_t
+        j: cython.Py_ssize_t
+        k: cython.Py_ssize_t
+        b: cython.Py_ssize_t
+        f: cython.Py_ssize_t = self.count - last
+        cross: cython.double = 0.0
+        of_stamps: cython.double = 0.0
+        of_all: cython.double = 0.0
+        for i in range(last):
+            self.base[i] = (self.tick[f + i] - self.tick[f]) * period
+        for j in range(self.n):
+            way: cython.double = 0.0
+            for i in range(1, last):
+                way += fabs(self.q[f + i, j] - self.q[f + i - 1, j])
+            if not fabs(self.q[f + last - 1, j] - self.q[f, j]) > 0.9 * way:
+                continue
+            for i in range(1, last - 1):
+                v: cython.double = ((self.q[f + i + 1, j] - self.q[f + i - 1, j])
+                                    / (self.base[i + 1] - self.base[i - 1]))
+                self.product[i] = v * (self.deviation[f + i] - self.deviation[f])
+                if i == 1:
+                    self.product[0] = 0.0
+                if i == last - 2:
+                    self.product[i + 1] = v * (self.deviation[f + i + 1] - self.deviation[f])
+            for i in range(last - 4):
+                norm: cython.double = 0.0
+                dq: cython.double = 0.0
+                de: cython.double = 0.0
+                for k in range(5):
+                    c: cython.double = 1.0
+                    for b in range(5):
+                        if b != k:
+                            c *= self.base[i + k] - self.base[i + b]
+                    c = 1.0 / c
+                    norm += c * c
+                    dq += c * (self.q[f + i + k, j] - self.q[f, j])
+                    de += c * self.product[i + k]
+                cross += dq * de / norm
+                of_stamps += de * de / norm
+                of_all += dq * dq / norm
+        return cross, of_stamps, of_all
+
+
+def round_to(value: cython.double) -> cython.longlong:
+    """Return the nearest integer."""
+    if cython.compiled:
+        return cython.cast(cython.longlong, value + 0.5 if value > 0.0 else value - 0.5)
+    else:
+        return int(value + 0.5) if value > 0.0 else -int(0.5 - value)

@@ -1,0 +1,14 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+cdef double kth(double[::1] values, Py_ssize_t count, Py_ssize_t k) noexcept
+cdef double median(double[::1] values, Py_ssize_t count) noexcept
+cdef void fit_line(double[::1] k, double[::1] t, Py_ssize_t count, double[::1] weight,
+                   double[::1] rest, double[::1] out) noexcept
+
+
+cdef class Line:
+    cdef Py_ssize_t size, count
+    cdef double[::1] k, t, weight, rest, out
+
+    cpdef void add(self, double tick, double stamp) noexcept
+    cpdef void keep(self, Py_ssize_t last) noexcept

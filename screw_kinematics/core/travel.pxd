@@ -1,0 +1,13 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+cdef class Travel:
+    cdef Py_ssize_t n
+    cdef double[::1] move       # of each joint, foreseen for one tick
+    cdef double[::1] gone       # how far it went
+    cdef double[::1] each       # ticks that this makes, in order,
+    cdef double[::1] size       # and their weights
+    cdef double ticks, tick
+
+    cdef void measure(self, double[:, ::1] now, double[::1] position, double unit, double span,
+                      double unforeseen, double[::1] agreed) noexcept
+    cdef double median(self) noexcept

@@ -1,0 +1,125 @@
+# cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True
+# cython: initializedcheck=False
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""How many ticks of a device have passed, by how far the joints have travelled."""
+from __future__ import annotations
+
+try:
+    import cython
+except ImportError:
+    from . import uncompiled as cython
+from .tables import zeros
+if cython.compiled:
+    from cython.cimports.libc.math import fabs, sqrt
+else:
+    from math import fabs, sqrt
+
+AT_ODDS = cython.declare(cython.double, 0.3)
+"""Ticks by which a joint may be at odds with all others together."""
+
+MOST_TICKS = cython.declare(cython.double, 40.0)
+
+
+class Travel:
+    """
+    How far n joints have travelled along the move that is foreseen for one tick.
+
+    No joint alone counts ticks: one that is at odds with the weighted median of what all have
+    travelled is thought to be where that says.
+
+    Attributes
+    ----------
+    ticks:
+        The ticks travelled.
+    tick:
+        The length of the move in one tick [rad].
+
+    """
+
+    def __init__(self, n: int) -> None:
+        self.n = n
+        self.move, self.gone, self.each, self.size = zeros(n), zeros(n), zeros(n), zeros(n)
+        self.ticks, self.tick = 0.0, 0.0
+
+    def measure(self, now: cython.double[:, ::1], position: cython.double[::1],
+                unit: cython.double, span: cython.double, unforeseen: cython.double,
+                agreed: cython.double[::1]) -> None:
+        """
+        Measure a reading.
+
+        Parameters
+        ----------
+        now:
+            State of the joints at the reading before, (4, n).
+        position:
+            The new reading.
+        unit, span:
+            Length of a tick, and time that has passed as far as is known [s].
+        unforeseen:
+            Acceleration of all joints together that nobody foresaw [rad/s2].
+        agreed:
+            Gets the positions that all agree on.
+
+        """
+        j: cython.Py_ssize_t
+        move: cython.double[::1] = self.move
+        gone: cython.double[::1] = self.gone
+        half: cython.double = 0.5 * span
+        third: cython.double = span * span / 6.0
+        square: cython.double = 1e-300
+        along: cython.double = 0.0
+        for j in range(self.n):
+            agreed[j] = position[j]
+            move[j] = unit * (now[1, j] + half * now[2, j] + third * now[3, j])
+            gone[j] = position[j] - now[0, j]
+            square += move[j] * move[j]
+            along += move[j] * gone[j]
+        self.tick, self.ticks = sqrt(square), along / square
+        most: cython.double = 0.25 * unforeseen * span * span * self.tick
+        most = most if most > AT_ODDS * square else AT_ODDS * square
+        odd: cython.bint = False
+        for j in range(self.n):
+            odd = odd or fabs(move[j] * (gone[j] - self.ticks * move[j])) >= most
+        if not odd:
+            return
+        median: cython.double = self.median()
+        total: cython.double = 0.0
+        at_odds: cython.double = 0.0
+        for j in range(self.n):
+            total += fabs(move[j]) + 1e-15
+            if fabs(move[j]) * fabs(gone[j] - median * move[j]) > most:
+                at_odds += fabs(move[j])
+        if at_odds >= 0.5 * total:
+            return
+        along = 0.0
+        for j in range(self.n):
+            if fabs(move[j]) * fabs(gone[j] - median * move[j]) > most:
+                agreed[j] = now[0, j] + median * move[j]
+            along += move[j] * (agreed[j] - now[0, j])
+        self.ticks = along / square
+
+    def median(self) -> cython.double:
+        """Return the median of what all have travelled, weighed by their moves: by insertion."""
+        i: cython.Py_ssize_t = 0
+        j: cython.Py_ssize_t
+        k: cython.Py_ssize_t
+        each: cython.double[::1] = self.each
+        size: cython.double[::1] = self.size
+        total: cython.double = 0.0
+        passed: cython.double = 0.0
+        for j in range(self.n):
+            weight: cython.double = fabs(self.move[j]) + 1e-15
+            ticks: cython.double = self.gone[j] / weight
+            ticks = ticks if self.move[j] > 0.0 else -ticks if self.move[j] < 0.0 else 0.0
+            total += weight
+            k = j
+            while k > 0 and each[k - 1] > ticks:
+                each[k], size[k] = each[k - 1], size[k - 1]
+                k -= 1
+            each[k], size[k] = ticks, weight
+        while i < self.n - 1 and passed + size[i] < 0.5 * total:
+            passed += size[i]
+            i += 1
+        ticks = each[i] if each[i] > 0.0 else 0.0
+        return ticks if ticks < MOST_TICKS else MOST_TICKS

@@ -1,0 +1,26 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+cdef class VelocityTrust:
+    cdef double position, latest    # latest sample; samples in a row
+    cdef double count
+    # Integrals over MEMORY of (velocity less position step), of the velocity's change, of the
+    # velocity; the same over 0.1 s; their regression.
+    cdef double wrong, change, way
+    cdef double wrong_long, change_long, way_long
+    cdef double wc, cc, wx, xx, xc
+    cdef readonly double lag, scale     # lag, share of scale
+    # Mean squares of what lag and scale leave, of (velocity times step less position step), of
+    # the same less what the acceleration adds, of the position's noise; samples they are of.
+    cdef double left, back, true, noise
+    cdef double seen
+    cdef double misfit              # of both accelerations
+    cdef readonly double alive      # samples that were not zero
+    cdef double missing             # samples missing
+    cdef readonly double share      # the weight of the velocity in the latest output
+
+    cdef void await_sample(self) noexcept
+    cdef void compare(self, double z, double v, double dt, double acceleration, double noise,
+                      bint settling) noexcept
+    cpdef bint differenced(self) noexcept
+    cdef bint usable(self) noexcept
+    cdef double weigh(self, double apart, double sp, double sv, double dt) noexcept

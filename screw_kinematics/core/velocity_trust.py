@@ -1,0 +1,147 @@
+# cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True
+# cython: initializedcheck=False
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""How far a measured velocity is what it claims, by the positions that come with it."""
+from __future__ import annotations
+
+try:
+    import cython
+except ImportError:
+    from . import uncompiled as cython
+if cython.compiled:
+    from cython.cimports.libc.math import exp, isfinite
+else:
+    from math import exp, isfinite
+
+MEMORY = cython.declare(cython.double, 0.03)
+"""Of the integral of velocity less position step, s."""
+
+WORST = cython.declare(cython.double, (2 * 3.141592653589793 * 20.0 * 0.03) ** 4)
+"""By the highest frequency at which that is trusted to show a wrong acceleration, 20 Hz."""
+
+MARGIN = cython.declare(cython.double, 1.25)
+TOLERATED = cython.declare(cython.double, 2.0)
+EARLY_LAG = cython.declare(cython.double, 1e-3)
+LATE_LAG = cython.declare(cython.double, 5e-3)
+"""Lag from which on a velocity is doubted, and how much more until it counts nothing, s."""
+
+
+class VelocityTrust:
+    """What is known of the velocity of one joint."""
+
+    def __init__(self) -> None:
+        self.position = self.latest = self.count = self.wrong = self.change = self.way = 0.0
+        self.wrong_long = self.change_long = self.way_long = 0.0
+        self.wc = self.cc = self.wx = self.xx = self.xc = self.lag = self.scale = 0.0
+        self.left = self.back = self.true = self.noise = self.seen = self.misfit = 0.0
+        self.alive = self.missing = self.share = 0.0
+
+    def await_sample(self) -> None:
+        """Compare the next sample with none before it."""
+        self.count = 0.0
+
+    def compare(self, z: cython.double, v: cython.double, dt: cython.double,
+                acceleration: cython.double, noise: cython.double,
+                settling: cython.bint) -> None:
+        """
+        Compare a velocity with its position.
+
+        Lag and scale by regression of the leaky integral of (velocity less position step) on
+        those of the velocity's change and of the velocity.
+        """
+        if not isfinite(v):
+            self.await_sample()
+            self.missing += 1.0
+            return
+        self.missing = 0.0
+        if v != 0.0:
+            self.alive += 1.0
+        if self.count > 0.0:
+            step: cython.double = z - self.position
+            way: cython.double = 0.5 * (v + self.latest) * dt
+            wrong: cython.double = way - step
+            change: cython.double = v - self.latest
+            k: cython.double = exp(-dt / MEMORY)
+            self.wrong = k * self.wrong + wrong
+            self.change = k * self.change + change
+            self.way = k * self.way + way
+            left: cython.double = self.wrong + self.lag * self.change - self.scale * self.way
+            back: cython.double = v * dt - step
+            k = 1.0 - exp(-dt)
+            if not settling:
+                self.seen += 1.0
+                first: cython.double = 1.0 / self.seen
+                k = k if k > first else first
+            self.back += k * (back * back - self.back)
+            # A velocity of the step's end leaves half of what the acceleration adds to it.
+            back -= 0.5 * acceleration * dt * dt
+            self.true += k * (back * back - self.true)
+            self.left += k * (left * left - self.left)
+            self.noise += k * (noise - self.noise)
+            k = exp(-dt / 0.1)
+            b: cython.double = k * self.wrong_long + wrong
+            c: cython.double = k * self.change_long + change
+            x: cython.double = k * self.way_long + way
+            self.wrong_long, self.change_long, self.way_long = b, c, x
+            if self.count > 10.0:
+                k = exp(-dt / 2.0)
+                self.wc = k * self.wc - b * c * dt
+                self.cc = k * self.cc + c * c * dt
+                self.wx = k * self.wx + b * x * dt
+                self.xx = k * self.xx + x * x * dt
+                self.xc = k * self.xc - x * c * dt
+                cc: cython.double = self.cc + 1e-9
+                xx: cython.double = self.xx + 1e-7
+                det: cython.double = cc * xx - self.xc * self.xc
+                lag: cython.double = (self.wc * xx - self.wx * self.xc) / det
+                lag = lag if lag > 0.0 else 0.0
+                self.lag = lag if lag < 0.05 else 0.05
+                scale: cython.double = (self.wx - self.lag * self.xc) / xx
+                scale = scale if scale > -0.1 else -0.1
+                self.scale = scale if scale < 0.1 else 0.1
+        self.position, self.latest = z, v
+        self.count += 1.0
+
+    def differenced(self) -> cython.bint:
+        """Whether it is merely the last step over its time, as far as noise can tell."""
+        return self.back < 0.01 * self.noise and self.back < self.true
+
+    def usable(self) -> cython.bint:
+        """Whether it may count at all."""
+        return self.alive >= 10.0 and self.missing <= 2.0 and not self.differenced()
+
+    def weigh(self, apart: cython.double, sp: cython.double, sv: cython.double,
+              dt: cython.double) -> cython.double:
+        """
+        Return the weight of the velocity's acceleration beside the position's.
+
+        Its variance is raised by what shows that it is not what it claims: misfit of both
+        accelerations, by at most what the integral could hide; a lag beyond a millisecond.
+
+        Parameters
+        ----------
+        apart:
+            Square of their difference.
+        sp, sv:
+            Variances of the position's and the velocity's acceleration.
+        dt:
+            Time since this was asked last [s].
+
+        """
+        d: cython.double = apart / (sp + sv)
+        d = d if d < 50.0 else 50.0
+        misfit: cython.double = self.misfit
+        near: cython.double = misfit + (1.0 - exp(-dt / 0.2)) * (d - misfit)
+        slow: cython.double = misfit * exp(-dt / 5.0)
+        misfit = near if d >= misfit or near > slow else slow
+        self.misfit = misfit
+        excess: cython.double = misfit - TOLERATED
+        excess = excess * excess * (sp + sv) if excess > 0.0 else 0.0
+        hidden: cython.double = self.left - MARGIN * self.noise
+        hidden = WORST * hidden / (MEMORY * MEMORY * MEMORY * MEMORY) if hidden > 0.0 else 0.0
+        late: cython.double = (self.lag - EARLY_LAG) / LATE_LAG
+        late = 0.0 if late < 0.0 else late if late < 1.0 else 1.0
+        sv += (excess if excess < hidden else hidden) + late * apart
+        self.share = sp / (sp + sv)
+        return self.share
