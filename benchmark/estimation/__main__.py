@@ -1,111 +1,138 @@
 # Copyright screw_kinematics contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Compare estimators of joint acceleration: python -m benchmark.estimation --help."""
+"""
+Compare estimators of joint acceleration, on simulated arms and on recordings.
+
+Without options: made-up motions, measured in many ways, against their exact truth. --stamping and
+--measuring take drivers and joints that go wrong in place of those, --peers takes the estimators
+of other packages and papers in, --recording your own arm.
+"""
 
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 import json
 from pathlib import Path
+import sys
 
 from benchmark.estimation.candidates import (
-    BEST_CUTOFF, CUTOFFS, ONLINE, run_online, run_smoother, run_usual, SMOOTHER, USUAL)
-from benchmark.estimation.conditions import CONDITIONS, record, STAMPING
+    BEST_CUTOFF, CANDIDATES, OURS, PEERS, present, SIMPLE, USUAL)
+from benchmark.estimation.conditions import ALL, CONDITIONS, MEASURING, STAMPING
 from benchmark.estimation.cost import table as cost_table, yardstick
 from benchmark.estimation.motions import KINDS
-from benchmark.estimation.score import score, summary
+from benchmark.estimation.score import evaluate, summary
+from benchmark.estimation.tables import by_condition, overview
 import numpy as np
 from rich.console import Console
 from rich.progress import track
-from rich.table import Table
+
+from screw_kinematics.errors import ScrewKinematicsError
+from screw_kinematics.tools import table_options
+
+EXAMPLES = """examples:
+  python -m benchmark.estimation                                     fifteen ways of measuring
+  python -m benchmark.estimation --stamping --peers                  ways of stamping, everybody
+  python -m benchmark.estimation --conditions '500 Hz, coarse' --motions puma --pictures .
+  python -m benchmark.estimation --recording arm.csv --plot arm.png  your own arm
+  python -m benchmark.estimation --recording bag/ --topic /arm/joint_states
+"""
 
 
-def evaluate(kind: str, name: str, seed: int, candidates: list[str]) -> dict[str, dict]:
-    """Return the scores of the candidates on one recording."""
-    condition = (CONDITIONS | STAMPING)[name]
-    recording = record(kind, condition, seed)
-    scores = {USUAL: score(recording, run_usual(recording, condition))}
-    for candidate in candidates:
-        if candidate == BEST_CUTOFF:
-            tried = [score(recording, run_usual(recording, condition, c)) for c in CUTOFFS]
-            scores[candidate] = min(tried, key=lambda s: s['acceleration'])
-        elif candidate == SMOOTHER:
-            scores[candidate] = score(recording, run_smoother(recording))
-        elif candidate != USUAL:
-            scores[candidate] = score(recording, run_online(candidate, recording))
-    return scores
-
-
-def table(summaries: dict[str, dict], add: float) -> Table:
-    """Return the summary as a table."""
-    shown = Table(title='RMS error at the claimed stamp, relative to usual practice '
-                        '(geometric mean over moving cells)')
-    for heading in ('estimator', 'acceleration', 'worst cell', 'velocity', 'standstill rad/s²',
-                    'overshoot', 'settling ms', 'delay ms', 'cost us', 'cost / np.add'):
-        shown.add_column(heading, justify='left' if heading == 'estimator' else 'right')
-    for name, s in summaries.items():
-        shown.add_row(
-            name, f"{s['relative']:.3f}", f"{s['worst']:.2f}", f"{s['velocity']:.3f}",
-            f"{s['standstill']:.4f}", f"{s['overshoot']:.2f}", f"{1e3 * s['settling']:.0f}",
-            f"{1e3 * s['delay']:.0f}", f"{s['cost']:.0f}", f"{s['cost'] / add:.0f}")
-    return shown
-
-
-def main() -> None:
-    """Run the comparison."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    names = [USUAL, BEST_CUTOFF, *ONLINE, SMOOTHER]
-    parser.add_argument('--seeds', type=int, nargs='+', default=[1])
-    known = CONDITIONS | STAMPING
-    parser.add_argument('--conditions', nargs='+', choices=list(known), metavar='NAME',
-                        default=list(CONDITIONS), help=f'of: {", ".join(known)}')
-    parser.add_argument('--stamping', action='store_const', dest='conditions',
-                        const=list(STAMPING), help='ways of stamping that tell little of when '
-                        'a joint was read, in place of the usual conditions')
-    parser.add_argument('--motions', nargs='+', choices=KINDS, metavar='NAME',
-                        default=list(KINDS), help=f'of: {", ".join(KINDS)}')
+def options() -> argparse.ArgumentParser:
+    """Return the parser of the command line."""
+    parser = argparse.ArgumentParser(
+        prog='python -m benchmark.estimation', description=__doc__, epilog=EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter)
+    names = [USUAL, *CANDIDATES]
     parser.add_argument('--estimators', nargs='+', choices=names, metavar='NAME',
-                        default=names, help=f'of: {", ".join(names)}')
-    parser.add_argument('--json', type=Path, help='file for all scores')
-    parser.add_argument('--pictures', type=Path, metavar='DIR', help='where to draw pictures')
+                        default=[USUAL, BEST_CUTOFF, *SIMPLE, *OURS],
+                        help=f'of: {", ".join(names)}')
+    parser.add_argument('--peers', action='store_true',
+                        help='also those of other packages and papers; some are slow')
+    parser.add_argument('--json', type=Path, metavar='FILE', help='file for all scores')
     parser.add_argument('--cost', action='store_true',
                         help='only measure what one update costs, beside numpy.add')
-    options = parser.parse_args()
-    if options.cost:
-        Console(width=100).print(cost_table())
-        return
-    tasks = [(seed, name, kind) for seed in options.seeds
-             for name in options.conditions for kind in options.motions]
-    cells = []
-    for seed, name, kind in track(tasks, 'recordings'):
-        cells.append({'seed': seed, 'condition': name, 'motion': kind,
-                      'scores': evaluate(kind, name, seed, options.estimators)})
-    chosen = dict.fromkeys([USUAL, *options.estimators])
-    summaries = {name: summary(cells, name) for name in chosen}
-    add = float(np.median([yardstick(2000) for _ in range(7)]))
+    made = parser.add_argument_group('simulated arms')
+    made.add_argument('--seeds', type=int, nargs='+', default=[1])
+    made.add_argument('--conditions', nargs='+', choices=list(ALL), metavar='NAME',
+                      default=list(CONDITIONS), help=f'of: {", ".join(ALL)}'.replace('%', '%%'))
+    for option, conditions in (('stamping', STAMPING), ('measuring', MEASURING)):
+        made.add_argument(f'--{option}', action='store_const', dest='conditions',
+                          const=list(conditions), help=f'--conditions, all ways of {option}')
+    made.add_argument('--motions', nargs='+', choices=KINDS, metavar='NAME',
+                      default=list(KINDS), help=f'of: {", ".join(KINDS)}')
+    made.add_argument('--pictures', type=Path, metavar='DIR', help='where to draw pictures')
+    recorded = parser.add_argument_group(
+        'recordings', 'scored against a smooth motion that knows past and future; how far that '
+        'can be trusted is found by simulation, and told')
+    recorded.add_argument('--recording', metavar='FILE', help='a bag, or a table (CSV, Parquet) '
+                          'with stamps, positions and, if there are, velocities')
+    recorded.add_argument('--topic', default='', help='of the joint states in a bag')
+    recorded.add_argument('--joints', metavar='NAME,...', default='',
+                          help='which joints; by default those that come together most often')
+    recorded.add_argument('--cutoff', type=float, metavar='HZ',
+                          help='only what is slower is called motion; by default the spectrum '
+                          'tells what the reference follows')
+    recorded.add_argument('--plot', type=Path, metavar='FILE', help='draw what was estimated')
+    table_options.add_options(parser)
+    return parser
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the comparison; return the exit code."""
+    parser = options()
+    chosen = parser.parse_args(argv)
     console = Console()
     if not console.is_terminal:
         console = Console(width=150)
-    console.print(table(summaries, add))
-    console.print(f'{len(cells)} recordings of 7 joints, seeds {options.seeds}; '
+    if chosen.plot and not chosen.recording:
+        parser.error('--plot draws a --recording; for simulated arms see --pictures')
+    if chosen.cost:
+        console.print(cost_table())
+        return 0
+    names, lines = present(dict.fromkeys(
+        [*chosen.estimators, *(PEERS if chosen.peers else ())]))
+    for line in lines:
+        console.print(line)
+    try:
+        if chosen.recording:
+            from benchmark.estimation.recorded import compare
+            compare(chosen, names, console)
+        else:
+            _simulated(chosen, names, console)
+    except (ScrewKinematicsError, OSError) as error:
+        print(f'{parser.prog}: {error}', file=sys.stderr)
+        return 2
+    except KeyboardInterrupt:
+        return 130
+    return 0
+
+
+def _simulated(chosen: argparse.Namespace, names: Sequence[str], console: Console) -> None:
+    """Compare on simulated arms."""
+    tasks = [(seed, name, kind) for seed in chosen.seeds
+             for name in chosen.conditions for kind in chosen.motions]
+    cells = [{'seed': seed, 'condition': name, 'motion': kind,
+              'scores': evaluate(kind, name, seed, names)}
+             for seed, name, kind in track(tasks, 'recordings', console=console)]
+    summaries = {name: summary(cells, name) for name in dict.fromkeys([USUAL, *names])}
+    add = float(np.median([yardstick(2000) for _ in range(7)]))
+    console.print(overview(summaries, add))
+    console.print(f'{len(cells)} recordings of 7 joints, seeds {chosen.seeds}; '
                   f'np.add of two 7-vectors: {add:.2f} us')
-    by_condition = Table(title='acceleration error relative to usual practice, by condition')
-    for heading in ('estimator', *options.conditions):
-        by_condition.add_column(heading, justify='left' if heading == 'estimator' else 'right')
-    for name, s in summaries.items():
-        by_condition.add_row(name, *(
-            f"{s['conditions'].get(c, np.nan):.3g}" for c in options.conditions))
-    console.print(by_condition)
-    if options.json:
-        options.json.write_text(json.dumps(
-            {'seeds': options.seeds, 'np_add_us': add, 'summary': summaries, 'cells': cells},
+    for table in by_condition(summaries, chosen.conditions):
+        console.print(table)
+    if chosen.json:
+        chosen.json.write_text(json.dumps(
+            {'seeds': chosen.seeds, 'np_add_us': add, 'summary': summaries, 'cells': cells},
             indent=1))
-    if options.pictures:
+    if chosen.pictures:
         from benchmark.estimation.pictures import draw_pareto, draw_traces
-        options.pictures.mkdir(parents=True, exist_ok=True)
-        draw_pareto(summaries, options.pictures / 'error_against_delay.png')
-        draw_traces(options.pictures / 'traces.png', options.seeds[0])
+        chosen.pictures.mkdir(parents=True, exist_ok=True)
+        draw_pareto(summaries, chosen.pictures / 'error_against_delay.png')
+        draw_traces(chosen.pictures / 'traces.png', chosen.seeds[0])
 
 
 if __name__ == '__main__':
-    main()
+    sys.exit(main())

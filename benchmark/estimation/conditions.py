@@ -1,18 +1,16 @@
 # Copyright screw_kinematics contributors
 # SPDX-License-Identifier: Apache-2.0
-"""How joints are measured: rate, resolution, stamps, velocity field, message faults."""
+"""How joints are measured: rate, resolution, stamps, velocity field, what goes wrong."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-import math
-import zlib
+from dataclasses import dataclass, field, replace
+from typing import Any
 
-from benchmark.estimation.motions import draw
-import numpy as np
 
-N_JOINTS = 7
-SECONDS = 4.0
+def _unseeded(default: Any) -> Any:
+    """Return a field that leaves the noise as it is: a fault and its twin share it."""
+    return field(default=default, repr=False)
 
 
 @dataclass(frozen=True)
@@ -23,19 +21,25 @@ class Condition:
     Attributes
     ----------
     rate: Hz
-    resolution: of the encoder, rad; noise of 0.3 of it is added before rounding
+    resolution: of the encoder, rad
     stamp_error: standard deviation of the stamp, s
     velocity: standard deviation of a measured velocity, rad/s; or 'zero' (filled with zeros),
-        'differenced' (from the positions), 'filtered' (that, low-passed at 30 Hz); None: absent
+        'differenced' (from the positions), 'filtered' (that, low-passed at 30 Hz), 'low-passed'
+        (the true one at 30 Hz), 'coherent' (with slow noise), 'scaled' (2 % too large); None:
+        absent
     lag: of the velocity, s
     faults: 3 % of messages dropped, 1 % doubled, 1 % swapped
     jitter: of the sampling instants, as a share of the period; the stamp knows it
     burst: samples that arrive, and are stamped, together: 20 us apart, when the last is taken
-    latency: mean of an exponential one, s; messages are stamped on arrival, in order
-    reader: a loop of this rate, Hz, with a clock of its own, takes and stamps the latest reading
-    stall: of the network, s, every 0.8 s; what is held up arrives, and is stamped, at once
-
-    Of latencies only the part that varies is in the stamps: nobody can know a constant one.
+    stamps: how a driver stamps, of `screw_kinematics.tools.stamping`; then neither stamp_error
+        nor jitter
+    dither: noise before rounding, in steps of the encoder
+    amplitude: share of the motion's amplitude
+    glitch: how far odd positions are off, rad, twenty for each joint; or 'repeated': they are
+        those before
+    together: odd positions in a row
+    speed_noise: white noise of the position, s times the speed
+    ripple: errors periodic in the angle: (per turn, rad) each
 
     """
 
@@ -46,10 +50,19 @@ class Condition:
     lag: float = 0.0
     faults: bool = False
     jitter: float = 0.1
-    burst: int = field(default=1, repr=False)     # noise is seeded by the rest
-    latency: float = field(default=0.0, repr=False)
-    reader: float = field(default=0.0, repr=False)
-    stall: float = field(default=0.0, repr=False)
+    burst: int = _unseeded(1)
+    stamps: str = _unseeded('')
+    dither: float = _unseeded(0.3)
+    amplitude: float = _unseeded(1.0)
+    glitch: float | str = _unseeded(0.0)
+    together: int = _unseeded(1)
+    speed_noise: float = _unseeded(0.0)
+    ripple: tuple[tuple[float, float], ...] = _unseeded(())
+
+    def twin(self) -> Condition:
+        """Return the condition without what goes wrong with stamps and positions."""
+        return replace(self, burst=1, stamps='', dither=0.3, glitch=0.0, together=1,
+                       speed_noise=0.0, ripple=())
 
 
 CONDITIONS = {
@@ -69,98 +82,46 @@ CONDITIONS = {
     '250 Hz, stamped on arrival': Condition(250, 1e-6, 200e-6, faults=True, jitter=0.0),
     '500 Hz, bursts of five': Condition(500, 1e-5, 50e-6, jitter=0.0, burst=5),
 }
-
+"""Drivers that stamp their readings, more or less."""
 
 STAMPING = {
-    '500 Hz, late arrival': Condition(500, stamp_error=0.0, jitter=0.0, latency=1e-3),
-    '1 kHz, another clock reads': Condition(1000, stamp_error=0.0, jitter=0.0, reader=1000),
-    '500 Hz, read at 93 Hz': Condition(500, stamp_error=0.0, jitter=0.0, reader=93),
-    '500 Hz, held at 1 kHz': Condition(500, stamp_error=0.0, jitter=0.0, reader=1000),
-    '500 Hz, stalls': Condition(500, stamp_error=0.0, jitter=0.0, latency=1e-4, stall=0.025),
+    f'{way} {rate:g} Hz': Condition(rate, stamp_error=0.0, jitter=0.0, stamps=way)
+    for way, rate in (
+        ('arrival', 1000), ('arrival', 500), ('arrival', 100), ('reader', 1000), ('reader', 93),
+        ('held', 1000), ('held', 500), ('lost', 1000), ('lost', 500), ('stalls', 500),
+        ('clock_set', 500), ('bursts', 500), ('rounded', 250), ('made_up', 200))
 }
 """Ways of stamping that tell little of when a joint was read."""
 
 
-@dataclass(frozen=True)
-class Recording:
-    """Samples as they arrive, the same in order (and not in bursts), and the truth."""
-
-    stamps: np.ndarray
-    positions: np.ndarray
-    velocities: np.ndarray | None
-    ordered: tuple
-    joints: list
-
-    def truth(self, t: np.ndarray) -> np.ndarray:
-        """Return the true (4, N, n) at times t."""
-        return np.stack([joint(t) for joint in self.joints], axis=-1)
+def _clear(rate: float, resolution: float = 1e-5, **what: Any) -> Condition:
+    """Return a condition with stamps that are right."""
+    return Condition(rate, resolution, stamp_error=1e-6, jitter=0.02, **what)
 
 
-def record(kind: str, condition: Condition, seed: int) -> Recording:
-    """Measure seven joints that move in one kind of way."""
-    motion_seed = zlib.crc32(kind.encode())
-    rng = np.random.default_rng([motion_seed, seed])
-    joints = [draw(kind, rng, SECONDS) for _ in range(N_JOINTS)]
-    rng = np.random.default_rng([motion_seed, seed, zlib.crc32(repr(condition).encode())])
-    count, period = int(SECONDS * condition.rate), 1 / condition.rate
-    wobble = rng.uniform(-0.5, 0.5, count) * condition.jitter
-    t = 0.01 + (np.arange(count) + wobble) * period
-    stamps = t + rng.normal(0, 1, count) * condition.stamp_error
-    taken = stamps
-    if condition.burst > 1:
-        place = np.arange(count) % condition.burst
-        last = np.minimum(np.arange(count) - place + condition.burst, count) - 1
-        stamps = stamps[last] + 20e-6 * place
-    if condition.latency:
-        stamps = stamps + rng.exponential(condition.latency, count)
-        for begin in np.arange(0.9, SECONDS, 0.8) if condition.stall else ():
-            late = (stamps > begin) & (stamps < begin + condition.stall)
-            stamps[late] = begin + condition.stall
-        stamps = np.maximum.accumulate(stamps) - condition.latency
-    for k in range(1, count):
-        stamps[k] = max(stamps[k], stamps[k - 1] + 1e-6)
-    truth = np.stack([joint(t) for joint in joints], axis=-1)
-    q = truth[0]
-    if condition.resolution:
-        noisy = q + 0.3 * condition.resolution * rng.normal(size=q.shape)
-        q = np.round(noisy / condition.resolution) * condition.resolution
-    v = _velocity(condition, stamps, q, np.stack(
-        [joint(t - condition.lag)[1] for joint in joints], axis=-1), rng)
-    order = np.arange(count)
-    if condition.reader:
-        read = t[1] + np.arange(int((t[-1] - t[1] - 0.05) * condition.reader)) / (
-            condition.reader * (1 + 3e-4))
-        order = np.searchsorted(t, read, side='right') - 1
-        fresh = np.append(True, np.diff(order) > 0)
-        return Recording(read - (read - t[order])[fresh].mean(), q[order], None,
-                         (t[order[fresh]], q[order[fresh]], None), joints)
-    if condition.faults:
-        order = order[(rng.random(count) > 0.03) | (order < 5)]
-    ordered = (taken[order], q[order], None if v is None else v[order])
-    if condition.faults:
-        order = np.sort(np.concatenate([order, order[rng.random(len(order)) < 0.01]]))
-        k = 3
-        while k < len(order) - 1:
-            if rng.random() < 0.01:
-                order[k], order[k + 1] = order[k + 1], order[k]
-                k += 1
-            k += 1
-    return Recording(
-        stamps[order], q[order], None if v is None else v[order], ordered, joints)
+MEASURING = {
+    **{f'staircase {rate:g} Hz {step:g} x{amplitude:g}': _clear(
+        rate, step, dither=0.0, amplitude=amplitude)
+       for rate, step, amplitude in ((1000, 1e-6, 0.01), (1000, 1e-4, 1.0), (1000, 1e-4, 0.1),
+                                     (500, 3.8e-4, 0.1), (250, 1e-4, 0.1), (100, 1.5e-3, 1.0))},
+    'lone 15 mrad 1 kHz': _clear(1000, glitch=0.015),
+    'lone 0.1 mrad 1 kHz': _clear(1000, glitch=1e-4),
+    'three 15 mrad 1 kHz': _clear(1000, glitch=0.015, together=3),
+    'lone 15 mrad 100 Hz': _clear(100, glitch=0.015),
+    'repeated 1 kHz': _clear(1000, glitch='repeated'),
+    'repeated 100 Hz': _clear(100, glitch='repeated'),
+    'noise with speed 1 kHz': _clear(1000, speed_noise=1e-4),
+    'noise with speed 250 Hz': _clear(250, speed_noise=1e-4),
+    'gears 1 kHz': _clear(1000, ripple=((51, 3e-5), (102, 2e-5), (808, 1e-5), (1616, 5e-6))),
+    'velocity 2 ms late': _clear(1000, velocity=1e-3, lag=2e-3),
+    'velocity 20 ms late': _clear(1000, velocity=1e-3, lag=0.02),
+    'velocity 10 ms late 250 Hz': _clear(250, velocity=1e-3, lag=0.01),
+    'velocity coherent': _clear(1000, velocity='coherent'),
+    'velocity low-passed': _clear(1000, velocity='low-passed'),
+    'velocity 2 % off': _clear(1000, velocity='scaled'),
+    'velocity true, noisy': _clear(1000, 1e-4, velocity=5e-3),
+    'velocity true, exact': _clear(250, 1e-4, velocity=1e-6),
+}
+"""What real joints and drivers do to a measurement, with stamps that are right."""
 
-
-def _velocity(condition: Condition, stamps: np.ndarray, q: np.ndarray, true_velocity: np.ndarray,
-              rng: np.random.Generator) -> np.ndarray | None:
-    if condition.velocity is None:
-        return None
-    if condition.velocity == 'zero':
-        return np.zeros_like(q)
-    if isinstance(condition.velocity, float):
-        return true_velocity + rng.normal(0, condition.velocity, q.shape)
-    v = np.zeros_like(q)
-    v[1:] = np.diff(q, axis=0) / np.diff(stamps)[:, None]
-    if condition.velocity == 'filtered':
-        gain = 1 - math.exp(-2 * math.pi * 30 / condition.rate)
-        for k in range(1, len(v)):
-            v[k] = v[k - 1] + gain * (v[k] - v[k - 1])
-    return v
+ALL = CONDITIONS | STAMPING | MEASURING

@@ -98,6 +98,10 @@ class JointTable:
         self.stated = stated or TableFormat()
         self.damage: list[str] = []
 
+    def columns(self) -> list[str]:
+        """Return the names of the columns."""
+        return [str(name) for name in next(self._batches()).schema.names]
+
     def samples(self, joints: Mapping[str, str]) -> Iterator[Sample]:
         """
         Yield the samples in the order of the rows.
