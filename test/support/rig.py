@@ -21,7 +21,7 @@ LIMIT = 90.0
 """Seconds to wait for a condition, generous for busy machines."""
 
 KEEP = QoSProfile(depth=20000)
-DEEP = {'reliability': 'reliable', 'depth': 5000}
+DEEP = RELIABLE_INPUT = {'reliability': 'reliable', 'depth': 5000}
 """Of what nothing may be lost."""
 
 NODE = 'kinematic_state_publisher'

@@ -1,0 +1,19 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Long files first, so that workers end together."""
+
+LONG = ('test_soak.py', 'test_packaging_installs.py', 'test_demo.py', 'test_fleet.py',
+        'test_node_three_robots.py', 'test_mypy.py', 'test_no_python_in_loops.py',
+        'test_hostile_requests.py', 'test_view_live.py', 'test_main.py', 'test_docs.py')
+
+
+def pytest_configure(config):
+    """Have pytest-xdist hand out files in their order, not those with many tests first."""
+    if hasattr(config.option, 'loadscopereorder'):
+        config.option.loadscopereorder = False
+
+
+def pytest_collection_modifyitems(items):
+    """Order the files."""
+    items.sort(key=lambda item: LONG.index(item.path.name) if item.path.name in LONG
+               else len(LONG))
