@@ -138,6 +138,61 @@ def find_offset(joint_stamps: Array, stamps: Array, groups: Sequence[Channels]) 
         max(int((at[-1] - at[0]) * 1e-9 / BLOCK) - 2, 1))
 
 
+def predicted(joint_stamps: Array, stamps: Array, group: Channels, coefficients: Array,
+              offset: float) -> Array:
+    """
+    Return what the motion says of channels at stamps of the other stream, shape (N, k).
+
+    Parameters
+    ----------
+    joint_stamps, stamps : array of int, shapes (M,), (N,)
+        Of the joint motion and of the other stream [ns].
+    group : Channels
+        Whose features are meant.
+    coefficients : array, shape (f + 1, k)
+        As found.
+    offset : float
+        Of the clocks [s].
+
+    """
+    return _features(joint_stamps, group.features,
+                     stamps + round(offset * 1e9)) @ coefficients
+
+
+def shares_explained(joint_stamps: Array, stamps: Array, group: Channels, offsets: Array,
+                     ) -> Array:
+    """
+    Return how much of the variance of channels the motion explains if clocks are so far apart.
+
+    Parameters
+    ----------
+    joint_stamps, stamps : array of int, shapes (M,), (N,)
+        Of the joint motion and of the other stream [ns].
+    group : Channels
+        What was measured.
+    offsets : array, shape (K,)
+        Of the clocks, at most SEARCH [s].
+
+    Returns
+    -------
+    array, shape (K,)
+        From 0 to 1.
+
+    """
+    margin = round((SEARCH + _GRID) * 1e9)
+    inside = np.flatnonzero((stamps > joint_stamps[0] + margin)
+                            & (stamps < joint_stamps[-1] - margin))
+    chosen = inside[::max(len(inside) // _ROWS, 1)]
+    y = group.values[chosen] - group.values[chosen].mean(axis=0)
+    y = y / np.maximum(y.std(axis=0), 1e-30)
+    shares = []
+    for offset in offsets:
+        x = _features(joint_stamps, group.features, stamps[chosen] + round(offset * 1e9))
+        rest = y - x @ np.linalg.lstsq(x, y, rcond=1e-10)[0]
+        shares.append(1 - float((rest**2).mean()))
+    return np.array(shares)
+
+
 def _features(joint_stamps: Array, features: Array, at: Array) -> Array:
     """Return the features at instants, and the constant."""
     found = interpolate(joint_stamps, features, at)

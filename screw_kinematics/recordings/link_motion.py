@@ -3,6 +3,7 @@
 """The motion of one link in a recording, by past and future."""
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -53,7 +54,8 @@ def link_motion(recording: Recording, settings: RobotSettings, namespace: str) -
         There are no states of it.
 
     """
-    robot = recorded_robot(recording, settings, namespace, order=2)
+    # None of its outputs is wanted, nor what else they need.
+    robot = recorded_robot(recording, replace(settings, outputs=('pose',)), namespace, order=2)
     program = robot.model.compile(('pose', 'twist', 'accel'))
     stamps: list[Array] = []
     rows: list[Array] = []

@@ -16,7 +16,7 @@ from rich.console import Console
 from rich.progress import Progress
 
 from .listener import check_names, Listener
-from ..errors import MissingExtraError, ParameterError
+from ..errors import MissingExtraError, ParameterError, ToolError
 from ..pipeline.settings import RobotSettings
 from ..recordings.joint_table import JointTable, TableFormat
 from ..recordings.recording import full_name, Recording
@@ -44,6 +44,8 @@ def recording_of(arguments: argparse.Namespace, robots: Collection[RobotSettings
     ------
     ParameterError
         It is a table, or there is none and it is not allowed to listen so long.
+    ToolError
+        Nobody publishes what is asked for.
     MissingExtraError
         ROS is needed to listen, and is not there.
 
@@ -61,7 +63,7 @@ def recording_of(arguments: argparse.Namespace, robots: Collection[RobotSettings
     topics = {full_name(arguments.namespace, name) for robot in robots
               for name in robot.joint_states_topic} | {full_name(arguments.namespace, topic)}
     with TemporaryDirectory(prefix='screw_kinematics_') as folder:
-        path = Path(folder) / 'listened'
+        path = Path(folder) / 'running_system'
         _listen(path, topics, latched, arguments.seconds)
         with Recording(path) as recording:
             yield recording
@@ -74,9 +76,11 @@ def _listen(path: Path, topics: Collection[str], latched: Collection[str], secon
         from rosbags.typesys import get_typestore, Stores
     except ImportError:
         raise MissingExtraError('rosbags', 'bag', 'listening to several topics') from None
+    terminal = Console(stderr=True)
     with Listener({}, 'screw_kinematics_listener') as listener, Writer(
             path, version=Writer.VERSION_LATEST, storage_plugin=StoragePlugin.MCAP) as writer, \
-            Progress(console=Console(stderr=True), transient=True) as progress:
+            Progress(console=terminal, transient=True, disable=not terminal.is_terminal
+                     ) as progress:
         check_names('', [*topics, *latched])
         types = get_typestore(Stores.ROS2_JAZZY)
 
@@ -94,6 +98,9 @@ def _listen(path: Path, topics: Collection[str], latched: Collection[str], secon
                                writer_of(topic, kind))
             listener.listen(min(0.2, left))
             progress.update(task, completed=seconds - max(left, 0))
+    if awaited:
+        raise ToolError(f'nobody publishes {", ".join(sorted(awaited))}; check topic, namespace, '
+                        'ROS_DOMAIN_ID and discovery range')
 
 
 def _kinds(node: Any, topics: Collection[str]) -> Mapping[str, str]:

@@ -8,7 +8,8 @@ pytest.importorskip('mujoco')
 
 from geometry_msgs.msg import TwistStamped, WrenchStamped    # noqa: E402
 from support import loaded_arm as arm    # noqa: E402
-from support.rig import joint_state, RELIABLE_INPUT, running, stamp_ns    # noqa: E402
+from support.rig import (    # noqa: E402
+    joint_state, RELIABLE_INPUT, running, stamp_ns, wrench_stamped)
 
 START, STEP = 10**11, 4_000_000
 PARAMETERS = {
@@ -20,16 +21,6 @@ PARAMETERS = {
             'wrench_bias': arm.BIAS.tolist(), 'estimator': {'delay': 0.02},
             'payload': {'mass': arm.BODY.mass, 'center': list(arm.BODY.center),
                         'inertia': list(arm.BODY.inertia)}}}
-
-
-def wrench(stamp, values, frame=arm.FRAME):
-    """Return a message."""
-    message = WrenchStamped()
-    message.header.stamp.sec, message.header.stamp.nanosec = divmod(stamp, 10**9)
-    message.header.frame_id = frame
-    force, torque = message.wrench.force, message.wrench.torque
-    force.x, force.y, force.z, torque.x, torque.y, torque.z = map(float, values)
-    return message
 
 
 def values_of(message):
@@ -57,7 +48,7 @@ class Motion:
             assert k < len(self.q), self.rig.status('arm')
             stamp = START + k * STEP
             self.states.publish(joint_state(arm.NAMES, stamp, self.q[k], self.qd[k]))
-            self.wrenches.publish(wrench(stamp, self.shown[k], frame))
+            self.wrenches.publish(wrench_stamped(stamp, self.shown[k], frame))
             self.rig.spin(0.004)
 
 

@@ -146,7 +146,17 @@ def test_check_imu(offset, tmp_path, capsys):
     assert 'early' in capsys.readouterr().out or offset == 0
 
 
+def test_what_was_correlated_is_drawn(tmp_path, capsys):
+    pytest.importorskip('matplotlib')
+    path, picture = recorded(tmp_path / 'run', 0.03), tmp_path / 'clocks.svg'
+    assert check.main(['delay', str(path), '--robot', PUMA, '--against', 'imu/data', '--plot',
+                       str(picture)]) == 0
+    assert 'set robot.stamp_offset: -0.0' in capsys.readouterr().out
+    assert picture.read_text().count('<path') > 20
+
+
 @pytest.mark.parametrize('arguments, message', [
+    (['--against', '/imu/data', '--plot', 'clocks.txt'], "'clocks.txt'; allowed: a file end"),
     (['--against', '/nothing'], '/nothing has messages of type none; allowed: sensor_msgs'),
     (['--against', '/joint_states'], 'has messages of type sensor_msgs/msg/JointState; allowed'),
     (['--against', '/imu/data', '--tip', 'hand'], "hand")])

@@ -9,6 +9,7 @@ import sys
 import time
 
 from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import WrenchStamped
 import numpy as np
 import rclpy
 from rclpy.experimental import EventsExecutor
@@ -183,6 +184,16 @@ def joint_state(names, stamp_ns, position, velocity=()):
     message = JointState(name=list(names), position=list(map(float, position)),
                          velocity=list(map(float, velocity)))
     message.header.stamp.sec, message.header.stamp.nanosec = divmod(stamp_ns, 10**9)
+    return message
+
+
+def wrench_stamped(stamp_ns, values, frame):
+    """Return a message with force and torque."""
+    message = WrenchStamped()
+    message.header.stamp.sec, message.header.stamp.nanosec = divmod(stamp_ns, 10**9)
+    message.header.frame_id = frame
+    force, torque = message.wrench.force, message.wrench.torque
+    force.x, force.y, force.z, torque.x, torque.y, torque.z = map(float, values)
     return message
 
 

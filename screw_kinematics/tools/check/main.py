@@ -19,15 +19,16 @@ from .delay import recommend
 from .findings import FACT, Finding, has_problem, print_findings, PROBLEM, REMARK
 from .model import report_model
 from .offset import compare_clocks
+from .offset_picture import check_ending, ENDINGS
 from .samples import report_streams
-from .. import console, robot_options, table_options
+from .. import console, live_recording, robot_options, table_options
 from ... import core, models
 from ...errors import ParameterError, ScrewKinematicsError
 from ...pipeline.parameter_file import read_robots, robot_settings
 from ...pipeline.robot_model import build_model, continuous_joints
 from ...pipeline.settings import RobotSettings
 from ...recordings.joint_streams import JointStream, JointStreams
-from ...recordings.joint_table import JointTable, TableFormat
+from ...recordings.joint_table import JointTable
 from ...recordings.recording import description_in, full_name
 from ...recordings.sources import opened
 
@@ -37,6 +38,8 @@ EXAMPLES = """\
   check system --params-file kinematic_states.yaml --seconds 20
   check bag recording --robot config/robots/panda.yaml
   check delay recording --robot panda.urdf --against /wrench
+  check delay --robot panda.urdf --against /wrench --seconds 30 --plot clocks.png
+                                              of the running system
   check imu recording --robot panda.urdf --frame panda_hand --topic /imu/data
 """
 
@@ -60,7 +63,10 @@ def main(argv: Sequence[str] | None = None) -> int:
                                            'that saw the same motion')
     imu = kinds.add_parser('imu', help='an IMU on a link against the motion of that link')
     for against in (delay, imu):
-        against.add_argument('bag', help='of both: a folder, or a .mcap, .db3 or .bag file')
+        live_recording.add_options(against)
+        against.add_argument('--plot', type=Path, metavar='FILE',
+                             help='draw what was correlated, and the two signals, into a file '
+                                  f'ending in {", ".join(ENDINGS)}')
         against.set_defaults(find=_against)
     delay.add_argument('--against', required=True, metavar='TOPIC', help='sensor_msgs/Imu, '
                        'geometry_msgs/WrenchStamped or PoseStamped, nav_msgs/Odometry, of '
@@ -140,13 +146,17 @@ def _recording(arguments: argparse.Namespace) -> Iterator[Finding]:
 
 
 def _against(arguments: argparse.Namespace) -> Iterator[Finding]:
-    with opened(arguments.bag, TableFormat()) as recording:
-        if isinstance(recording, JointTable):
-            raise ParameterError('bag', arguments.bag, 'a bag')
-        for robot in _settings(arguments):
+    robots = _settings(arguments)
+    if arguments.plot is not None:
+        check_ending(arguments.plot)
+        if len(robots) > 1:
+            raise ParameterError('plot', str(arguments.plot), 'none with several robots')
+    with live_recording.recording_of(arguments, robots, arguments.against) as recording:
+        for robot in robots:
             if arguments.tip:
                 robot = replace(robot, tip_frame=arguments.tip)
-            yield from compare_clocks(recording, robot, arguments.namespace, arguments.against)
+            yield from compare_clocks(recording, robot, arguments.namespace, arguments.against,
+                                      arguments.plot)
         for damage in recording.damage:
             yield Finding(PROBLEM, f'damaged: {damage}')
 

@@ -4,10 +4,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from pathlib import Path
 
 import numpy as np
 
 from .findings import FACT, Finding, PROBLEM, REMARK
+from .offset_picture import draw_offset
 from ...pipeline.settings import RobotSettings
 from ...recordings.clock_offset import ClockOffset, find_offset
 from ...recordings.link_motion import link_motion
@@ -27,7 +29,7 @@ _MEASURED = {
 
 
 def compare_clocks(recording: Recording, settings: RobotSettings, namespace: str, topic: str,
-                   ) -> Iterator[Finding]:
+                   picture: Path | None = None) -> Iterator[Finding]:
     """
     Yield how far the clock of the joint states is from that of another stream.
 
@@ -41,26 +43,32 @@ def compare_clocks(recording: Recording, settings: RobotSettings, namespace: str
         Of the node.
     topic : str
         Of the other stream.
+    picture : path, optional
+        Where to draw it.
 
     """
     topic = full_name(namespace, topic)
     stream = read_stream(recording, topic)
     link = link_motion(recording, settings, namespace)
-    found = find_offset(link.stamps, stream.stamps, channels(stream, link))
-    yield from _report_clocks(topic, stream, found)
+    groups = channels(stream, link)
+    found = find_offset(link.stamps, stream.stamps, groups)
+    if picture is not None:
+        draw_offset(picture, topic, stream, groups, _MEASURED[stream.kind], link, found)
+    yield from _report_clocks(topic, settings, stream, found)
     if stream.kind == _IMU:
         yield from _report_mounting(topic, settings.tip_frame or 'the tip', found)
 
 
-def _report_clocks(topic: str, stream: Stream, found: ClockOffset) -> Iterator[Finding]:
+def _report_clocks(topic: str, settings: RobotSettings, stream: Stream, found: ClockOffset,
+                   ) -> Iterator[Finding]:
     low, high = found.interval
     yield Finding(
         FACT, f'{topic}: stamps are {1e3 * abs(found.offset):.3f} ms '
         f'{"early" if found.offset > 0 else "late"} against those of the joint states '
         f'(offset {1e3 * found.offset:+.3f} ms, 95 % between {1e3 * low:+.3f} and '
         f'{1e3 * high:+.3f} ms)',
-        f'add {found.offset:+.6f} s to its stamps, or take {found.offset:.6f} s off those of the '
-        'joint states')
+        f'set {settings.name}.stamp_offset: {settings.motion.stamp_offset - found.offset:.6f}, or '
+        f'add {found.offset:+.6f} s to its stamps')
     if abs(found.drift) > 3 * found.drift_deviation and abs(found.drift) > 1e-5:
         yield Finding(REMARK, f'{topic}: the offset grows by {1e6 * found.drift:.0f} us a second',
                       'the clocks run at different rates: synchronise them (chrony, PTP)')

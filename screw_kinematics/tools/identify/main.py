@@ -130,7 +130,7 @@ def _motion(recording: Recording, robot: RobotSettings, namespace: str, topic: s
             ) -> LinkMotion:
     """Return the motion of the sensor's link."""
     asked = replace(robot, tip_frame=link, tips=(), of_tips=(), tool_offset=(0.0,) * 6,
-                    outputs=('twist',), wrench_frame='')
+                    wrench_frame='')
     try:
         return link_motion(recording, asked, namespace)
     except ModelError as error:
