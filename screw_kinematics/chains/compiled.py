@@ -30,6 +30,22 @@ def compile_chain(chain: SerialChain, outputs: Iterable[str] = ('pose', 'twist',
     """
     Return the compiled program of a chain; see :meth:`SerialChain.compile`.
 
+    Parameters
+    ----------
+    chain : SerialChain
+        The chain, with numbers as parameters.
+    outputs : iterable of str
+        Names of quantities.
+    axes : {'base', 'tip'}
+        Whose axes six-vectors are in.
+    pole : {'base', 'tip'}
+        Origin that six-vectors are about.
+
+    Returns
+    -------
+    Program
+        From positions of the measured joints, and derivatives by order, to the outputs.
+
     Raises
     ------
     UnknownNameError, InvalidValueError
@@ -47,6 +63,22 @@ def traced_quantities(chain: SerialChain, outputs: Sequence[str], axes: str,
                       pole: str) -> StraightLine:
     """
     Return the straight-line program of a chain's quantities.
+
+    Parameters
+    ----------
+    chain : SerialChain
+        The chain, with numbers as parameters.
+    outputs : sequence of str
+        Names of quantities.
+    axes : {'base', 'tip'}
+        Whose axes six-vectors are in.
+    pole : {'base', 'tip'}
+        Origin that six-vectors are about.
+
+    Returns
+    -------
+    StraightLine
+        Positions and derivatives by order in; the outputs, one behind the other, out.
 
     Raises
     ------
@@ -70,7 +102,28 @@ def _parameters(chain: SerialChain) -> list[Any]:
 
 def trace_chain(chain: SerialChain, outputs: Iterable[str], order: int, axes: str,
                 pole: str) -> StraightLine:
-    """Return the straight-line program of a chain's outputs, in the order given."""
+    """
+    Return the straight-line program of a chain's outputs, in the order given.
+
+    Parameters
+    ----------
+    chain : SerialChain
+        The chain, with numbers as parameters.
+    outputs : iterable of str
+        Names of quantities.
+    order : int
+        Highest time derivative of the joints that is read.
+    axes : {'base', 'tip'}
+        Whose axes six-vectors are in.
+    pole : {'base', 'tip'}
+        Origin that six-vectors are about.
+
+    Returns
+    -------
+    StraightLine
+        As :func:`traced_quantities`, unchecked.
+
+    """
     n = chain.dof
     inputs = Graph().inputs((order + 1) * n)
     q, *derivatives = [inputs[k * n:(k + 1) * n] for k in range(order + 1)]

@@ -49,13 +49,36 @@ class Translation:
     moving: list[tuple[Array, Derivatives]] = field(default_factory=list)
 
     def turn_axes(self, axis: int, angle: float) -> None:
-        """Change to axes turned by a constant angle [rad]."""
+        """
+        Change to axes turned by a constant angle [rad].
+
+        Parameters
+        ----------
+        axis : {0, 1, 2}
+            x, y or z.
+        angle : float
+            From the old axes to the new ones [rad].
+
+        """
         into = rotation_about(np.eye(3)[axis], -angle)
         self.constant = into @ self.constant
         self.moving = [(into @ direction, amount) for direction, amount in self.moving]
 
     def is_along(self, axis: int) -> bool:
-        """Whether nothing is shifted across an axis, so that turns about it commute."""
+        """
+        Whether nothing is shifted across an axis, so that turns about it commute.
+
+        Parameters
+        ----------
+        axis : {0, 1, 2}
+            x, y or z.
+
+        Returns
+        -------
+        bool
+            Whether all components across the axis vanish.
+
+        """
         vectors = [self.constant, *[direction for direction, _ in self.moving]]
         return all(abs(v[k]) <= SNAP for v in vectors for k in range(3) if k != axis)
 
@@ -94,6 +117,7 @@ class TransformSequence:
     base : Translation
         In base axes, before all turns.
     turns : list of ParallelTurns
+        From base to tip.
     orientation : array, shape (3, 3)
         Rotation from tip coordinates to the axes after the last turn.
 
@@ -110,7 +134,17 @@ class TransformSequence:
         return self.turns[-1].translations[-1] if self.turns else self.base
 
     def turn(self, axis: int, angle: Derivatives) -> None:
-        """Add a turn at the tip end."""
+        """
+        Add a turn at the tip end.
+
+        Parameters
+        ----------
+        axis : {0, 1, 2}
+            x, y or z.
+        angle : list
+            Angle [rad] and its time derivatives, constant or traced.
+
+        """
         if not self.turns or self.turns[-1].axis != axis:
             self.turns.append(ParallelTurns(axis, [angle], [Translation()]))
             return
@@ -123,7 +157,17 @@ class TransformSequence:
             turn.translations.append(Translation())
 
     def constant_turn(self, axis: int, angle: float) -> None:
-        """Add a constant turn [rad] at the tip end."""
+        """
+        Add a constant turn [rad] at the tip end.
+
+        Parameters
+        ----------
+        axis : {0, 1, 2}
+            x, y or z.
+        angle : float
+            Of the turn [rad].
+
+        """
         if self.turns and self.turns[-1].axis == axis:
             value = self.turns[-1].angles[-1]
             self.turns[-1].angles[-1] = [value[0] + angle, *value[1:]]
@@ -146,6 +190,7 @@ def transform_sequence(chain: SerialChain, motion: Sequence[Derivatives]) -> Tra
     Returns
     -------
     TransformSequence
+        From base to tip, to the order of the motion.
 
     """
     result = TransformSequence(order=len(motion[0]) - 1 if motion else 0)

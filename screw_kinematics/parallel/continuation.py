@@ -73,6 +73,7 @@ def follow(limbs: Limbs, start: ClosedPosture, target: Array, closed: float,
     Returns
     -------
     ClosedPosture
+        With the iterations of the whole way.
 
     Raises
     ------
@@ -114,6 +115,15 @@ def follow(limbs: Limbs, start: ClosedPosture, target: Array, closed: float,
 def check_same_mode(limbs: Limbs, posture: ClosedPosture, expected: ClosedPosture) -> None:
     """
     Raise an error unless two postures for the same actuators are the same.
+
+    Parameters
+    ----------
+    limbs : Limbs
+        Whose postures they are.
+    posture : ClosedPosture
+        The one in question.
+    expected : ClosedPosture
+        The one in the assembly mode of home.
 
     Raises
     ------

@@ -61,11 +61,37 @@ class OrthogonalColumns:
         return parts, vector
 
     def solve(self, right: Array) -> list[Any]:
-        """Return the solution of least squares for a right side, shape (m,)."""
+        """
+        Return the solution of least squares for a right side, shape (m,).
+
+        Parameters
+        ----------
+        right : array, shape (m,)
+            Right side of the equations.
+
+        Returns
+        -------
+        list, of as many as there are columns
+            Floats or expressions.
+
+        """
         return self._substituted(self._reduced(right)[0])
 
     def solve_roughly(self, right: Array) -> list[Any]:
-        """Return the same from half the work, for columns far from dependent."""
+        """
+        Return the same from half the work, for columns far from dependent.
+
+        Parameters
+        ----------
+        right : array, shape (m,)
+            Right side of the equations.
+
+        Returns
+        -------
+        list, of as many as there are columns
+            Floats or expressions.
+
+        """
         return self._substituted([column @ right for column in self.unit])
 
     def _substituted(self, parts: list[Any]) -> list[Any]:
@@ -86,6 +112,11 @@ class OrthogonalColumns:
         seeds : iterable of array, shape (m,)
             Independent of the columns; what is orthogonal to them already stays.
 
+        Returns
+        -------
+        list of array, shape (m,)
+            One for each seed.
+
         """
         count = len(self.unit)
         basis = OrthogonalColumns([])
@@ -101,6 +132,12 @@ class OrthogonalColumns:
 
         Its root is between 1 and the root of the number of columns, by the smallest
         singular value.
+
+        Returns
+        -------
+        float or expression
+            Large where the columns are nearly dependent.
+
         """
         total: Any = 0.0
         for j in range(len(self.unit)):
@@ -109,7 +146,15 @@ class OrthogonalColumns:
         return total
 
     def inverse_size_square(self) -> Any:
-        """Return the sum of the inverse squares of what each column adds to those before."""
+        """
+        Return the sum of the inverse squares of what each column adds to those before.
+
+        Returns
+        -------
+        float or expression
+            Large where a column is nearly in the span of those before.
+
+        """
         return sum((x * x for x in self._inverse_sizes), 0.0)
 
 

@@ -115,6 +115,7 @@ class Limbs:
         Returns
         -------
         rotations : array, shape (limbs, 3, 3)
+            From platform to base coordinates.
         positions : array, shape (limbs, 3)
             Of the platform frame in the base frame [m].
         screws : LimbScrews
@@ -153,12 +154,38 @@ class Limbs:
         return np.array(self._program(order).evaluate(values), dtype=float)[:-1].reshape(-1, 6)
 
     def difference(self, joints: Array, others: Array) -> Array:
-        """Return joints - others, without whole turns; shape (joints,)."""
+        """
+        Return joints - others, without whole turns.
+
+        Parameters
+        ----------
+        joints, others : array, shape (joints,)
+            Positions of all joints [rad, m].
+
+        Returns
+        -------
+        array, shape (joints,)
+            Within half a turn for turning joints [rad, m].
+
+        """
         away = joints - others
         return away - np.where(self.turning, 2 * np.pi * np.round(away / (2 * np.pi)), 0.0)
 
     def at(self, joints: Iterable[float]) -> str:
-        """Return the positions of the actuated joints, for messages."""
+        """
+        Return the positions of the actuated joints, for messages.
+
+        Parameters
+        ----------
+        joints : iterable of float
+            Positions, the actuated joints' first [rad, m].
+
+        Returns
+        -------
+        str
+            Such as ``at q1 0.5, q2 1``.
+
+        """
         values = ', '.join(f'{name} {value:.6g}' for name, value in zip(self.actuated, joints))
         return f'at {values}'
 
@@ -222,7 +249,24 @@ def _length(chains: Sequence[SerialChain]) -> float:
 
 
 def traced_bias(chain: SerialChain, values: Sequence[Array], order: int) -> Array:
-    """Return one limb's bias as expressions of joint positions and derivatives below an order."""
+    """
+    Return one limb's bias as expressions of joint positions and derivatives below an order.
+
+    Parameters
+    ----------
+    chain : SerialChain
+        The limb.
+    values : sequence of array, shape (joints of the limb,)
+        Positions and derivatives of order 1 to ``order`` - 1, traced.
+    order : int
+        Of the bias, at least 2.
+
+    Returns
+    -------
+    array, shape (6,)
+        Reduced state of the order with the highest derivative at zero, of expressions.
+
+    """
     return reduced_from_classical(tip_motion(chain, *values, np.zeros(chain.dof))[1])[order - 1]
 
 

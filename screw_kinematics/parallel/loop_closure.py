@@ -41,13 +41,16 @@ class Solution:
     Parameters
     ----------
     joints : array, shape (joints,)
+        Positions of all joints [rad, m].
     pose : array, shape (4, 4)
         Of the platform; where the limbs disagree, the one nearest to all.
     system : ScrewSystem
+        The screws one step before.
     misfit : array, shape (limbs,)
         How far each limb's tip is from the platform (from the tips' mean, where its pose
         is unknown): rotation [rad] and displacement by the characteristic length.
     iterations : int
+        Steps that were made.
     converged : bool
         Whether it came to rest, be it with the loops closed or not.
 
@@ -80,6 +83,7 @@ def close_loops(limbs: Limbs, joints: Array, ranks: Ranks | None = None,
     Returns
     -------
     Solution
+        Where the iteration ended.
 
     """
     rest = np.zeros(len(limbs.actuated))
@@ -98,14 +102,19 @@ def close_at_pose(limbs: Limbs, joints: Array, pose: Array,
 
     Parameters
     ----------
-    limbs, joints, ranks
-        As in :func:`close_loops`, but no joint is kept.
+    limbs : Limbs
+        What to close.
+    joints : array, shape (joints,)
+        All joints, where to start [rad, m]; none is kept.
     pose : array, shape (4, 4)
         Of the platform frame in the base frame [m].
+    ranks : Ranks, optional
+        Of the limbs' passive screws in general posture.
 
     Returns
     -------
     Solution
+        Where the iteration ended.
 
     """
     def step(system: ScrewSystem, error: Array) -> tuple[Array, Array]:

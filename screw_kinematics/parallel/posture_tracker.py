@@ -26,10 +26,21 @@ FAILURES_BEFORE_PAUSE, PAUSE = 16, 8
 
 
 class Solved(NamedTuple):
-    """What is known at a sample, flat."""
+    """
+    What is known at a sample, flat.
+
+    Parameters
+    ----------
+    seen : sequence of float
+        Pose, states by order and Jacobian, in a row; the last only if it was asked for.
+    passive : sequence of float
+        Positions of the passive joints [rad, m].
+    passive_rates : sequence of float
+        Their derivatives by order.
+
+    """
 
     seen: Sequence[float]
-    """Pose, states by order and Jacobian, in a row; the last only if it was asked for."""
     passive: Sequence[float]
     passive_rates: Sequence[float]
 
@@ -44,12 +55,15 @@ class PostureTracker:
     Parameters
     ----------
     limbs : Limbs
+        What moves.
     home : ClosedPosture
+        Where a stream begins.
     closed : float
         Largest misfit of a closed loop.
     order : int
         Highest time derivative.
     with_jacobian : bool
+        Whether the Jacobian is wanted.
 
     """
 
@@ -99,6 +113,11 @@ class PostureTracker:
         ----------
         values : sequence of float
             Of the actuated joints: positions, velocities, ... up to the order.
+
+        Returns
+        -------
+        Solved
+            The posture and its rates, on the way from the last one.
 
         Raises
         ------

@@ -44,6 +44,7 @@ def platform_states(limbs: Limbs, posture: ClosedPosture,
     states : list of array, shape (6,)
         Reduced, pole at the platform frame's origin, axes of the base.
     passive : list of array, shape (passive joints,)
+        First, second, ... derivatives.
 
     """
     system, values = posture.system, posture.joints.tolist()
@@ -77,7 +78,9 @@ def joint_rates(limbs: Limbs, posture: ClosedPosture,
     Returns
     -------
     actuated : list of array, shape (actuated joints,)
+        First, second, ... derivatives.
     passive : list of array, shape (passive joints,)
+        First, second, ... derivatives.
 
     Raises
     ------

@@ -32,21 +32,44 @@ APART = 0.25
 
 
 class Moving(NamedTuple):
-    """A posture, and how it moves: what the next one is foreseen from."""
+    """
+    A posture, and how it moves: what the next one is foreseen from.
+
+    Parameters
+    ----------
+    actuated : sequence of float
+        Positions of the actuated joints [rad, m].
+    rates : sequence of float
+        Their derivatives by order.
+    carried : sequence of float
+        Passive joints, their derivatives by order (at least the first), and memory.
+
+    """
 
     actuated: Sequence[float]
     rates: Sequence[float]
-    """Derivatives of the actuated joints, by order."""
     carried: Sequence[float]
-    """Passive joints, their derivatives by order (at least the first), and memory."""
 
 
 class NextPosture(NamedTuple):
-    """What was found near the last posture."""
+    """
+    What was found near the last posture.
+
+    Parameters
+    ----------
+    moving : Moving
+        What the one after it is foreseen from.
+    seen : sequence of float
+        Pose, states by order and Jacobian, in a row; the last only if it was asked for.
+    squared_misfit : sequence of float
+        Of each limb's loop.
+    iterations : int
+        Newton steps that were made.
+
+    """
 
     moving: Moving
     seen: Sequence[float]
-    """Pose, states by order and Jacobian, in a row; the last only if it was asked for."""
     squared_misfit: Sequence[float]
     iterations: int
 
@@ -64,6 +87,7 @@ class NearbySteps:
     order : int
         Highest time derivative.
     with_jacobian : bool
+        Whether the Jacobian is wanted.
     closed : float
         Largest misfit of a closed loop.
 
@@ -93,7 +117,22 @@ class NearbySteps:
 
     def moving(self, posture: ClosedPosture, rates: Sequence[float] = (),
                passive_rates: Sequence[float] = ()) -> Moving:
-        """Return what the next posture is found with, of one that was found otherwise."""
+        """
+        Return what the next posture is found with, of one that was found otherwise.
+
+        Parameters
+        ----------
+        posture : ClosedPosture
+            The last one.
+        rates, passive_rates : sequence of float
+            Derivatives of the actuated and the passive joints, by order; none if it rests.
+
+        Returns
+        -------
+        Moving
+            For :meth:`find`.
+
+        """
         return Moving(posture.actuated.tolist(), rates, [
             *posture.passive.tolist(), *(passive_rates or self._still),
             *posture.system.rows.ravel().tolist(),
@@ -109,6 +148,11 @@ class NearbySteps:
             The last posture.
         values : sequence of float
             Of the actuated joints: positions, velocities, ... up to the order.
+
+        Returns
+        -------
+        NextPosture or None
+            In the assembly mode of the last one.
 
         """
         way = [*map(sub, values, before.actuated)]

@@ -36,6 +36,7 @@ class TracedStep(NamedTuple):
     Parameters
     ----------
     line : StraightLine
+        The program.
     slices : dict from str to slice
         Of the outputs: squared ``size`` of the step with the characteristic length; ``tests``,
         all squared: angle from limb 1's tip to the platform, change of the wrenches since the
@@ -69,7 +70,22 @@ class _Limb:
 
 
 def work_places(limbs: Limbs, limb_of_row: Sequence[int]) -> list[tuple[int, int]]:
-    """Return the wrenches and actuators between which there can be work, in pairs."""
+    """
+    Return the wrenches and actuators between which there can be work, in pairs.
+
+    Parameters
+    ----------
+    limbs : Limbs
+        Whose wrenches they are.
+    limb_of_row : sequence of int
+        Limb of each wrench.
+
+    Returns
+    -------
+    list of (int, int)
+        Row of the wrench and column of the actuator.
+
+    """
     return [(row, column) for row, limb in enumerate(limb_of_row)
             for column in limbs.columns[limb] if column < len(limbs.actuated)]
 
@@ -80,8 +96,10 @@ def trace_first_step(limbs: Limbs, limb_of_row: Sequence[int], orders: int) -> S
 
     Parameters
     ----------
-    limbs, limb_of_row
+    limbs : Limbs
         As in :func:`trace_step`.
+    limb_of_row : sequence of int
+        Limb of each wrench.
     orders : int
         Derivatives of the passive joints that are known: at least one.
 
@@ -121,6 +139,11 @@ def trace_step(limbs: Limbs, limb_of_row: Sequence[int], order: int,
         Highest time derivative.
     with_jacobian : bool
         Whether the Jacobian is wanted.
+
+    Returns
+    -------
+    TracedStep
+        With the places of its outputs.
 
     """
     dof = len(limbs.actuated)

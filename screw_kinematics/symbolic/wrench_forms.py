@@ -34,11 +34,18 @@ INDEPENDENT = 1e-4
 
 class WrenchForm(NamedTuple):
     """
-    A wrench by the joints of its limb, whose places in the chain are given.
+    A wrench by the joints of its limb.
 
-    ``kind`` is 'line' (through the points of two joints), 'parallel' (through the point of
-    the first, along the axis of the second), 'couple' (along an axis), 'across' (a couple
-    across two axes), or 'axis' (a couple along the base's axis ``first``).
+    Parameters
+    ----------
+    kind : str
+        'line' (through the points of two joints), 'parallel' (through the point of the first,
+        along the axis of the second), 'couple' (along an axis), 'across' (a couple across two
+        axes), or 'axis' (a couple along the base's axis ``first``).
+    first, second : int
+        Places of the joints in the chain.
+    constraint : bool
+        Whether it is held without any actuator.
     """
 
     kind: str
@@ -47,7 +54,20 @@ class WrenchForm(NamedTuple):
     constraint: bool = False
 
     def directed(self, axes: Sequence[Array], points: Sequence[Array]) -> Array:
-        """Return the direction, shape (3,), not of unit length for lines and across."""
+        """
+        Return the direction, shape (3,), not of unit length for lines and across.
+
+        Parameters
+        ----------
+        axes, points : sequence of array, shape (3,)
+            Of all joints of the limb: direction of the axis, and a point on it [m].
+
+        Returns
+        -------
+        array, shape (3,)
+            In the axes of what is given.
+
+        """
         if self.kind == 'line':
             return points[self.second] - points[self.first]
         if self.kind == 'across':
@@ -65,7 +85,22 @@ class WrenchForm(NamedTuple):
 
 
 def closed_postures(robot: ParallelManipulator, count: int = 5) -> list[ClosedPosture]:
-    """Return some postures about home, seeded."""
+    """
+    Return some postures about home, seeded.
+
+    Parameters
+    ----------
+    robot : ParallelManipulator
+        What is posed.
+    count : int
+        How many.
+
+    Returns
+    -------
+    list of ClosedPosture
+        The same ones each time.
+
+    """
     rng, found, size = np.random.default_rng(0), [], 0.1
     for _ in range(50 * count):
         try:
@@ -91,6 +126,11 @@ def wrench_forms(robot: ParallelManipulator, limb: SerialChain,
         One of its limbs.
     postures : sequence of ClosedPosture
         Where the forms shall be reciprocal.
+
+    Returns
+    -------
+    list of WrenchForm
+        As many as the limb has wrenches.
 
     Raises
     ------
@@ -147,7 +187,28 @@ def _candidates(robot: ParallelManipulator, limb: SerialChain) -> Iterator[Wrenc
 
 def constant_work(form: WrenchForm, robot: ParallelManipulator, limb: SerialChain, column: int,
                   postures: Sequence[ClosedPosture]) -> float | None:
-    """Return a wrench's Klein form with the screw of a joint of the limb, if it is constant."""
+    """
+    Return a wrench's Klein form with the screw of a joint of the limb, if it is constant.
+
+    Parameters
+    ----------
+    form : WrenchForm
+        The wrench.
+    robot : ParallelManipulator
+        The whole robot.
+    limb : SerialChain
+        One of its limbs.
+    column : int
+        Number of the joint in the limb.
+    postures : sequence of ClosedPosture
+        Where it shall be the same.
+
+    Returns
+    -------
+    float or None
+        The Klein form; None if it changes.
+
+    """
     works = []
     for posture in postures:
         q = _values(robot, limb, posture)
