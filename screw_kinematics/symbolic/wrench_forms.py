@@ -46,6 +46,7 @@ class WrenchForm(NamedTuple):
         Places of the joints in the chain.
     constraint : bool
         Whether it is held without any actuator.
+
     """
 
     kind: str
