@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Source text of programs: it compiles without warnings and computes the same."""
 import ctypes
-import shutil
 import subprocess
 
 import numpy as np
@@ -10,11 +9,9 @@ import pytest
 
 from screw_kinematics import Joint, SerialChain
 from screw_kinematics.errors import InvalidValueError, UnknownNameError
+from support.c_compiler import COMPILER, needs_compiler
 from support.program_cases import assert_close, CHAINS, motion, OUTPUTS
 from support.robots import robot
-
-COMPILER = shutil.which('cc') or shutil.which('gcc') or shutil.which('clang')
-needs_compiler = pytest.mark.skipif(COMPILER is None, reason='no C compiler on the path')
 
 
 def built(program, folder, name='tip_motion'):

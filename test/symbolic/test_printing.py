@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What is printed runs and gives the numbers of the chain."""
 import ctypes
-import shutil
 import subprocess
 
 import numpy as np
@@ -10,6 +9,7 @@ import pytest
 
 from screw_kinematics.errors import InvalidValueError
 from support import robots
+from support.c_compiler import COMPILER, needs_compiler
 
 sympy = pytest.importorskip('sympy')
 formulas = pytest.importorskip('screw_kinematics.symbolic.printing')
@@ -35,11 +35,11 @@ def test_python_source_runs():
     check(**namespace['rpr'](*MOTION.ravel()))
 
 
-@pytest.mark.skipif(shutil.which('cc') is None, reason='no C compiler')
+@needs_compiler
 def test_c_source_compiles_without_warnings_and_runs(tmp_path):
     source, library = tmp_path / 'rpr.c', tmp_path / 'rpr.so'
     source.write_text(formulas.c_source('rpr', OUTPUTS, COORDINATES))
-    subprocess.run(['cc', '-std=c99', '-Wall', '-Werror', '-shared', '-fPIC', '-o', library,
+    subprocess.run([COMPILER, '-std=c99', '-Wall', '-Werror', '-shared', '-fPIC', '-o', library,
                     source, '-lm'], check=True)
     results = [(ctypes.c_double * n)() for n in (1, 6, 6)]
     ctypes.CDLL(str(library)).rpr(*map(ctypes.c_double, MOTION.ravel()), *results)

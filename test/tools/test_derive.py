@@ -4,7 +4,6 @@
 import ctypes
 from pathlib import Path
 import re
-import shutil
 import subprocess
 
 import numpy as np
@@ -16,6 +15,7 @@ from screw_kinematics.screws import se3
 from screw_kinematics.tools import console
 from screw_kinematics.tools.derive import main as derive
 from screw_kinematics.tools.derive.request import function_name, heading, Request
+from support.c_compiler import COMPILER, needs_compiler
 
 pytest.importorskip('sympy')
 ROBOTS = Path(__file__).parents[2] / 'config' / 'robots'
@@ -89,18 +89,17 @@ def test_python_is_the_chain(axes, pole, form, capsys):
         close(values, exact[name])
 
 
+@needs_compiler
 @pytest.mark.parametrize('robot, form', [
     ('rpr', 'straight'), ('rpr', 'closed'), ('puma560', 'straight'), ('panda', 'straight')])
 def test_c_compiles_without_a_warning_and_is_the_chain(robot, form, tmp_path):
     """Whatever the file is called, it includes the header beside it; both forms are alike."""
-    compiler = shutil.which('cc') or shutil.which('gcc')
-    assert compiler, 'a C compiler is needed'
     source, library = tmp_path / 'other.c', tmp_path / 'arm.so'
     file = ROBOTS / f'{robot}.yaml'
     assert derive.main([str(file), '--format', 'c', '--quantity', ','.join(QUANTITIES),
                         '--form', form, '--name', 'arm', '--output', str(source)]) == console.OK
     run = subprocess.run(
-        [compiler, '-std=c99', '-Wall', '-Wextra', '-Wpedantic', '-O2', '-ffp-contract=off',
+        [COMPILER, '-std=c99', '-Wall', '-Wextra', '-Wpedantic', '-O2', '-ffp-contract=off',
          '-shared', '-fPIC', '-o', library, source, '-lm'], capture_output=True, text=True)
     assert run.returncode == 0 and run.stderr == ''
     chain = models.load(file)
@@ -116,12 +115,14 @@ def test_c_compiles_without_a_warning_and_is_the_chain(robot, form, tmp_path):
         close(np.array(result), expected(chain, motion)[name])
 
 
+@needs_compiler
 def test_c_without_some_inputs_has_no_warning_either(tmp_path):
     source = tmp_path / 'made' / 'rpr.c'
     assert derive.main([RPR, '--format', 'c', '--quantity', 'pose', '--output',
                         str(source)]) == console.OK
-    run = subprocess.run(['cc', '-std=c99', '-Wall', '-Wextra', '-Wpedantic', '-Werror', '-c',
-                          '-o', tmp_path / 'rpr.o', source], capture_output=True, text=True)
+    run = subprocess.run(
+        [COMPILER, '-std=c99', '-Wall', '-Wextra', '-Wpedantic', '-Werror', '-c',
+         '-o', tmp_path / 'rpr.o', source], capture_output=True, text=True)
     assert run.returncode == 0, run.stderr
 
 
