@@ -251,6 +251,11 @@ class Reason(str, Enum):
     NOT_COVERED = 'other_stream_has_a_gap'
     VALUES_NOT_FINITE = 'values_not_finite'
     UNKNOWN_FRAME = 'frame_not_fixed_to_tip'
+    # The motion of the base.
+    BASE_FRAME = 'frame_not_fixed_to_base'
+    BASE_ORIENTATION = 'base_orientation_not_normalised'
+    BASE_MISSING = 'base_motion_missing'
+    BASE_TOO_OLD = 'base_motion_too_old'
     # What follows from them.
     NO_SOLUTION = 'no_state_at_this_posture'
     STATE_NOT_FINITE = 'state_not_finite'

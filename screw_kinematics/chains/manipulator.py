@@ -39,6 +39,8 @@ class Manipulator(ABC):
     """What its description has that the robot has not."""
     fixed_frames: Mapping[str, Array]
     """Poses in the tip frame of the frames that are fixed to it, itself among them [m]."""
+    fixed_to_base: Mapping[str, Array]
+    """The same of the base frame."""
 
     @property
     @abstractmethod

@@ -42,6 +42,8 @@ class SerialChain(Manipulator):
         What its description has that the chain has not.
     fixed_frames : mapping of str to array, shape (4, 4), optional
         Poses in the tip frame of other frames that are fixed to it [m].
+    fixed_to_base : mapping of str to array, shape (4, 4), optional
+        Poses in the base frame of other frames that are fixed to it [m].
 
     Raises
     ------
@@ -60,7 +62,8 @@ class SerialChain(Manipulator):
     def __init__(self, joints: Iterable[Joint], T_base_tool: Any = None,    # noqa: N803
                  base_frame: str = 'base', tip_frame: str = 'tool', name: str = '',
                  warnings: Iterable[str] = (),
-                 fixed_frames: Mapping[str, Any] | None = None) -> None:
+                 fixed_frames: Mapping[str, Any] | None = None,
+                 fixed_to_base: Mapping[str, Any] | None = None) -> None:
         self.joints = tuple(joints)
         for joint in self.joints:
             if not isinstance(joint, Joint):
@@ -70,9 +73,8 @@ class SerialChain(Manipulator):
         self.name = name
         self.warnings = tuple(warnings)
         self.T_base_tool = rigid_displacement('T_base_tool', T_base_tool)
-        self.fixed_frames: dict[str, Array] = {
-            **{frame: rigid_displacement(f'pose of {frame!r}', pose)
-               for frame, pose in (fixed_frames or {}).items()}, tip_frame: np.eye(4)}
+        self.fixed_frames = _with_itself(tip_frame, fixed_frames)
+        self.fixed_to_base = _with_itself(base_frame, fixed_to_base)
         self._coupling = MimicCoupling(self.joints, repr(self))
 
     def __repr__(self) -> str:
@@ -132,7 +134,7 @@ class SerialChain(Manipulator):
             self.joints, self.T_base_tool @ tool,
             self.base_frame, self.tip_frame if tip_frame is None else tip_frame, self.name,
             self.warnings, {frame: inverse(tool) @ pose
-                            for frame, pose in self.fixed_frames.items()})
+                            for frame, pose in self.fixed_frames.items()}, self.fixed_to_base)
 
     def joint_values(self, q: Any, order: int = 0) -> Array:
         """
@@ -387,3 +389,9 @@ class SerialChain(Manipulator):
 
         """
         return compile_chain(self, outputs, axes, pole)
+
+
+def _with_itself(frame: str, others: Mapping[str, Any] | None) -> dict[str, Array]:
+    """Return poses in a frame of others that are fixed to it, after checking, and of itself."""
+    return {**{other: rigid_displacement(f'pose of {other!r}', pose)
+               for other, pose in (others or {}).items()}, frame: np.eye(4)}

@@ -126,17 +126,17 @@ def _chain(source: str, document: RobotDocument, base_frame: str | None,
                          f'{tip!r}; allowed: frames with a moving joint between them')
     with reported(source):
         return SerialChain(screws, T_base_link, base, tip, document.name, warnings,
-                           dict(_fixed_frames(joints, tip)))
+                           dict(_fixed_frames(joints, tip)), dict(_fixed_frames(joints, base)))
 
 
-def _fixed_frames(joints: _Joints, tip: str) -> Iterator[tuple[str, Array]]:
-    """Yield the links that are fixed to the tip, each with its pose in it."""
+def _fixed_frames(joints: _Joints, frame: str) -> Iterator[tuple[str, Array]]:
+    """Yield the links that are fixed to one, each with its pose in it."""
     beside: dict[str, list[tuple[Edge, bool]]] = {}
     for edge in joints.edges:
         if joints.is_fixed(edge.joint):
             beside.setdefault(edge.parent, []).append((edge, True))
             beside.setdefault(edge.child, []).append((edge, False))
-    found, waiting = {tip: pose()}, [tip]
+    found, waiting = {frame: pose()}, [frame]
     while waiting:
         link = waiting.pop()
         for edge, downwards in beside.get(link, ()):

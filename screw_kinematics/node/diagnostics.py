@@ -13,6 +13,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.node import Node
 from rclpy.time import Time
 
+from .base_input import BaseInput
 from .joint_input import JointInput
 from .robot import Robot
 from .wrench_input import WrenchInput
@@ -21,6 +22,7 @@ from ..errors import Reason, ScrewKinematicsError
 from ..motion import MotionEstimator
 from ..motion.units import times
 from ..pipeline.joint_groups import listed
+from ..pipeline.moving_base import MovingBase
 from ..pipeline.stream_watch import NO_VELOCITIES
 
 LOG_PERIOD = 5.0
@@ -109,6 +111,10 @@ class Diagnostics:
         for robot in robots:
             counts.update({f'{robot.name}: {_told(reason)}': n
                            for reason, n in _faults(robot).items()})
+            base = _base(robot)
+            if base is not None:
+                counts.update({f'base of {robot.name}: {reason}': n
+                               for reason, n in base.account.refused.items()})
         news = counts - self._logged
         if news:
             self._node.get_logger().warning('refused messages: ' + ', '.join(
@@ -149,6 +155,10 @@ class Diagnostics:
             values[f'{topic} without stamp'] = joint_input.unstamped
             for reason, n in joint_input.refused.items():
                 values[f'{topic} refused {reason}'] = n
+            if isinstance(joint_input, BaseInput):
+                values[f'{topic} type'] = joint_input.kind or 'none yet'
+                if joint_input.problem:
+                    level, message = WARN, joint_input.problem
             refused = joint_input.refused.total()
             if refused > self._unreadable.get(topic, 0):
                 level, message = WARN, f'messages refused on {topic}: {joint_input.last_error}'
@@ -186,6 +196,9 @@ class _Counts:
         self.time = time.monotonic()
         self.received, self.outputs = account.received, account.outputs
         self.faults = _faults(robot).total()
+        self.without_base = account.without_base
+        base = _base(robot)
+        self.base_refused = 0 if base is None else base.account.refused.total()
         self.used_later = account.used_later.total()
         self.wrenches = {tip: _WrenchCounts(sensor.account.received,
                                             sensor.account.refused.total(), sensor.compensated)
@@ -203,7 +216,8 @@ class _WrenchCounts(NamedTuple):
 def _publishers(robot: Robot, inputs: Mapping[str, Input]) -> int:
     """Return how many publishers a topic of the robot's joint states has at most."""
     return max([each.publishers for each in inputs.values()
-                if isinstance(each, JointInput) and robot in each.robots], default=0)
+                if isinstance(each, JointInput) and not isinstance(each, BaseInput)
+                and robot in each.robots], default=0)
 
 
 def _values(now: Time, robot: Robot, counts: _Counts, since: _Counts) -> dict[str, Any]:
@@ -226,6 +240,13 @@ def _values(now: Time, robot: Robot, counts: _Counts, since: _Counts) -> dict[st
                    f'{topic} compensated': sensor.compensated}
         values |= {f'{topic} refused {reason}': n for reason, n in sensor.account.refused.items()}
         values |= {f'{topic} missing {reason}': n for reason, n in sensor.left_out.items()}
+    base = _base(robot)
+    if base is not None:
+        values['base motion received'] = base.account.received
+        values |= {f'base motion refused {reason}': n
+                   for reason, n in base.account.refused.items()}
+        values['base motion relative to'] = base.world or 'not known yet'
+        values['outputs without those relative to the world'] = account.without_base
     values['outputs listened to'] = ', '.join(robot.publishers.wanted_names)
     if pipeline is None:
         return values
@@ -259,6 +280,11 @@ def _judgement(robot: Robot, state: str, counts: _Counts, since: _Counts,
         return ERROR, '; '.join([f'every message is refused: {_most_frequent(robot)}', *faults])
     if new and faults:
         return WARN, '; '.join(faults)
+    base = pipeline.base
+    if base is not None and counts.base_refused > since.base_refused:
+        return WARN, f'messages of the base refused: {base.problem()}'
+    if base is not None and counts.without_base > since.without_base:
+        return WARN, f'outputs relative to the world are left out: {base.problem()}'
     missing = pipeline.missing()
     if missing:
         nothing = len(missing) == len(pipeline.joint_names)
@@ -314,6 +340,10 @@ def _is_foreign(robot: Robot, outputs: int, age: float | None) -> bool:
 def _age(now: Time, robot: Robot) -> float | None:
     """Return how old the latest output is by the node's clock [s]; None if there is none."""
     return (now.nanoseconds - robot.stamp_ns) * 1e-9 if robot.stamp_ns else None
+
+
+def _base(robot: Robot) -> MovingBase | None:
+    return None if robot.pipeline is None else robot.pipeline.base
 
 
 def _faults(robot: Robot) -> Counter[Reason]:

@@ -6,7 +6,7 @@ from __future__ import annotations
 from typing import Any
 
 from geometry_msgs.msg import WrenchStamped
-from rclpy.serialization import deserialize_message
+from rclpy.serialization import deserialize_message, serialize_message
 from sensor_msgs.msg import JointState
 
 from ..errors import MalformedMessageError
@@ -28,6 +28,14 @@ def wrench_by_middleware(data: bytes) -> WrenchSample:
     stamp, force, torque = message.header.stamp, message.wrench.force, message.wrench.torque
     return WrenchSample(stamp.sec * 10**9 + stamp.nanosec, message.header.frame_id,
                         (force.x, force.y, force.z, torque.x, torque.y, torque.z))
+
+
+def as_plain(data: bytes, kind: Any) -> bytes:
+    """Return a serialized message of a type in plain little-endian CDR."""
+    if data[:2] == b'\0\1':
+        return data
+    plain: bytes = serialize_message(_deserialized(data, kind))
+    return plain
 
 
 def _deserialized(data: bytes, kind: Any) -> Any:

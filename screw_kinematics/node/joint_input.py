@@ -82,6 +82,11 @@ class JointInput:
                 qos_overriding_options=QoSOverridingOptions.with_default_policies())
 
     @property
+    def subscribed(self) -> bool:
+        """Return whether it listens."""
+        return self._subscription is not None
+
+    @property
     def publishers(self) -> int:
         """Return how many publishers the topic has whose messages can arrive."""
         return 0 if self._subscription is None else self._subscription.get_publisher_count()
@@ -101,18 +106,26 @@ class JointInput:
             self._refuse(Reason.MALFORMED, str(error))
             return
         if sample.stamp_ns <= 0:
-            if sample.stamp_ns < 0:
-                self._refuse(Reason.STAMP_NEGATIVE,
-                             f'a stamp of {sample.stamp_ns * 1e-9:.3f} s')
+            stamp_ns = self._stamp(sample.stamp_ns)
+            if stamp_ns is None:
                 return
-            self.unstamped += 1
-            now = self._clock.now().nanoseconds
-            if now <= 0:
-                self._refuse(Reason.NO_TIME, 'no stamp, and nothing on /clock yet')
-                return
-            sample = sample._replace(stamp_ns=now)
+            sample = sample._replace(stamp_ns=stamp_ns)
         for robot in self.robots:
             robot.take(sample)
+
+    def _stamp(self, stamp_ns: int) -> int | None:
+        """Return the stamp of a message [ns], now if it has none; None if it is refused."""
+        if stamp_ns > 0:
+            return stamp_ns
+        if stamp_ns < 0:
+            self._refuse(Reason.STAMP_NEGATIVE, f'a stamp of {stamp_ns * 1e-9:.3f} s')
+            return None
+        self.unstamped += 1
+        now: int = self._clock.now().nanoseconds
+        if now <= 0:
+            self._refuse(Reason.NO_TIME, 'no stamp, and nothing on /clock yet')
+            return None
+        return now
 
     def _refuse(self, reason: Reason, error: str) -> None:
         self.refused[reason] += 1

@@ -17,6 +17,7 @@ from rclpy.parameter_service import ParameterService
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from std_msgs.msg import String
 
+from .base_input import BaseInput
 from .diagnostics import Diagnostics
 from .joint_input import by_topic, JointInput
 from .parameters import as_values, NodeParameters
@@ -176,6 +177,13 @@ class KinematicStatePublisher(LifecycleNode):
                 self, robots, 'wrench_topic',
                 lambda r: [p.wrench_topic for p in r.settings.parts if p.wrench_topic]).items():
             self.wrench_inputs[topic] = WrenchInput(self, topic, listeners)
+        for topic, listeners in by_topic(
+                self, [r for r in robots if r.settings.base_motion_topic], 'base_motion_topic',
+                lambda r: [r.settings.base_motion_topic]).items():
+            if topic in self.inputs:
+                raise ParameterError(f'{listeners[0].name}.base_motion_topic', topic,
+                                     'another topic than that of joint states')
+            self.inputs[topic] = BaseInput(self, topic, listeners)
         undescribed = [r for r in robots if not r.settings.description]
         for topic, listeners in by_topic(
                 self, undescribed, 'description_topic',
@@ -192,9 +200,13 @@ class KinematicStatePublisher(LifecycleNode):
         for joint_input in self.inputs.values():
             joint_input.subscribe()
         # Only now all parameters exist, those of the subscriptions' quality of service too.
-        self.unknown_parameters = self._settings.unknown()
+        self._see_parameters()
         for sentence in self.unknown_parameters:
             self.get_logger().warning(sentence)
+
+    def _see_parameters(self) -> None:
+        awaited = [topic for topic, each in self.inputs.items() if not each.subscribed]
+        self.unknown_parameters = self._settings.unknown([*awaited, *self.wrench_inputs])
 
     def _unsubscribe(self) -> None:
         for joint_input in self.inputs.values():
@@ -220,6 +232,9 @@ class KinematicStatePublisher(LifecycleNode):
     def _keep_house(self) -> None:
         self._worker.collect()
         now = self.get_clock().now().nanoseconds * 1e-9
+        for joint_input in self.inputs.values():
+            if isinstance(joint_input, BaseInput) and joint_input.look():
+                self._see_parameters()
         for robot in self.robots.values():
             robot.update_demand(now)
         if self.state == 'active':

@@ -122,12 +122,21 @@ class NodeParameters:
         if setting is not None:
             setting.read(value, name.removesuffix(setting.name))
 
-    def unknown(self) -> list[str]:
-        """Return a sentence for each given parameter that does not exist."""
+    def unknown(self, awaited: Iterable[str] = ()) -> list[str]:
+        """
+        Return a sentence for each given parameter that does not exist.
+
+        Parameters
+        ----------
+        awaited : iterable of str
+            Topics whose standard parameters do not exist yet.
+
+        """
+        later = tuple(f'{QOS}{topic}.' for topic in awaited)
         topics = [f'{QOS}{name}' for name in self._node.get_parameters_by_prefix(QOS[:-1])]
         sentences = []
         for name in sorted(self._given()):
-            if not self._node.has_parameter(name):
+            if not self._node.has_parameter(name) and not name.startswith(later):
                 known = topics if name.startswith(QOS) else self._declared
                 sentences.append(no_such_parameter(name, known))
         return sentences

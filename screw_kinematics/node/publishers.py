@@ -107,6 +107,7 @@ class Publishers:
         self._node = node
         self._publishers: dict[Topic, Publisher] = {}
         self._active: dict[Topic, OutputPublisher] = {}
+        self._without_base: dict[Topic, OutputPublisher] = {}
         self._names: dict[Topic, str] = {}
         self._tips = 1
         self.sensors: dict[int, WrenchSensor] = {}
@@ -123,6 +124,7 @@ class Publishers:
                        for topic, name in wanted.items()}
         for topic in self._publishers.keys() - wanted.keys():
             self._active.pop(topic, None)
+            self._without_base.pop(topic, None)
             self._node.destroy_publisher(self._publishers.pop(topic))
         for topic, name in wanted.items():
             if topic not in self._publishers:
@@ -166,7 +168,8 @@ class Publishers:
         """Whether something wanted needs the variances of the joints."""
         return any(KINDS[topic.output].covariance for topic in self.wanted)
 
-    def activate(self, program: RobotProgram, model: Any, settings: RobotSettings) -> None:
+    def activate(self, program: RobotProgram, model: Any, settings: RobotSettings,
+                 world: str = '') -> None:
         """
         Publish all that is wanted from now on.
 
@@ -178,17 +181,22 @@ class Publishers:
             Names the frames.
         settings : RobotSettings
             Axes and reference point of the program, and prefix of frame names.
+        world : str
+            Name of the frame that a moving base moves in; empty as long as it is not known.
 
         """
-        self._active = {}
+        self._active, self._without_base = {}, {}
         chains, columns = tips_of(model)
         for topic in self.wanted:
             publisher = self._publishers[topic]
             slices, chain = program.tips[topic.tip], chains[topic.tip]
             own = settings.parts[topic.tip]
+            moving = own.relative_to == 'world'
+            reference = world if moving else ''
             if topic.output == 'markers':
                 self._active[topic] = MarkerPublisher(
-                    publisher.publish, slices, own, own.frame_prefix + chain.base_frame)
+                    publisher.publish, slices, own,
+                    reference or own.frame_prefix + chain.base_frame)
             elif topic.output == 'compensated_wrench':
                 sensor = self.sensors[topic.tip]
                 sensor.mount(chain)
@@ -196,18 +204,26 @@ class Publishers:
                     WrenchWriter(slices, own, sensor), sensor, own.stale_timeout),
                     KINDS[topic.output].order)
             else:
-                joints = JointColumns(columns[topic.tip], len(model.joint_names))
-                self._active[topic] = BytesPublisher(
-                    publisher, message_writer(topic.output, slices, chain, own, joints),
+                joints = JointColumns(columns[topic.tip], len(model.joint_names), moving)
+                self._active[topic] = BytesPublisher(publisher, message_writer(
+                    topic.output, slices, chain, own, joints, reference),
                     KINDS[topic.output].order)
+            if not moving:
+                self._without_base[topic] = self._active[topic]
+
+    @property
+    def active(self) -> bool:
+        """Whether something is published."""
+        return bool(self._active)
 
     def deactivate(self) -> None:
         """Publish nothing."""
-        self._active = {}
+        self._active, self._without_base = {}, {}
 
     def publish(self, state: State) -> None:
         """Publish a state on every active topic, as far as it is known."""
-        for publisher in self._active.values():
+        active = self._without_base if state.without_base else self._active
+        for publisher in active.values():
             if publisher.order <= state.order:
                 publisher.publish(state)
 

@@ -11,10 +11,12 @@ from rclpy.node import Node
 from .publishers import Publishers, Topic
 from .worker import Worker
 from ..errors import ModelError, Reason, ScrewKinematicsError
+from ..messages.base_motion import BaseSample
 from ..messages.joint_state import JointSample
 from ..messages.wrench import WrenchSample
 from ..pipeline.account import Account
 from ..pipeline.kinematics import Kinematics
+from ..pipeline.moving_base import BaseFrames, MovingBase
 from ..pipeline.robot_model import (
     build_model, check_outputs, continuous_joints, plausible_velocities)
 from ..pipeline.robot_pipeline import RobotPipeline
@@ -57,6 +59,7 @@ class Robot:
         self._description: str | None = None
         self._programs: dict[Needs, RobotProgram] = {}
         self._program: RobotProgram | None = None
+        self._base_of: tuple[Any, str, bool] | None = None
 
     @property
     def name(self) -> str:
@@ -92,6 +95,22 @@ class Robot:
         except Exception as error:      # a fault of one robot must not end the others
             self.publishers.forget_wrenches()
             self._log.error(f'{self.name}: {error!r}', throttle_duration_sec=5.0)
+
+    def take_base(self, sample: BaseSample) -> None:
+        """Take a sample of the motion of the robot's base."""
+        base = None if self.pipeline is None else self.pipeline.base
+        if base is None:        # no model yet
+            return
+        before = base.world
+        try:
+            base.take(sample)
+        except Exception as error:      # a fault of one robot must not end the others
+            base.account.close(Reason.INTERNAL_ERROR, repr(error))
+            base.reset()
+            self._log.error(f'{self.name}: {error!r}', throttle_duration_sec=5.0)
+        if base.world != before and self._program is not None and self.publishers.active:
+            # Messages name the frame that the base moves in.
+            self.publishers.activate(self._program, self.model, self.settings, base.world)
 
     def load_from_parameter(self) -> None:
         """Load the model of the ``description`` parameter; raise ScrewKinematicsError."""
@@ -197,6 +216,13 @@ class Robot:
                   plausible_velocities(motion, self.model), self.settings.stale_timeout)
         if self.pipeline is None or self.pipeline.configuration != wanted:
             self.pipeline = RobotPipeline(*wanted, self.account)
+            self._base_of = None
+        of = (self.model, self.settings.frame_prefix, self.settings.on_moving_base)
+        if self._base_of != of:
+            self._base_of = of
+            self.pipeline.base = MovingBase(
+                BaseFrames.of(self.model, self.settings.frame_prefix), motion,
+                self.settings.stale_timeout) if self.settings.on_moving_base else None
         return self.pipeline
 
     def _compile(self) -> None:
@@ -227,5 +253,7 @@ class Robot:
             program.continue_from(self._program)
         self._program = program
         kinematics = Kinematics(program, self.publishers.covariance, self.publishers.order)
-        self._renew_pipeline().activate(kinematics)
-        self.publishers.activate(program, self.model, self.settings)
+        pipeline = self._renew_pipeline()
+        pipeline.activate(kinematics)
+        self.publishers.activate(program, self.model, self.settings,
+                                 '' if pipeline.base is None else pipeline.base.world)

@@ -94,6 +94,7 @@ class ParallelManipulator(Manipulator):
         self.name = name
         self._limbs = Limbs(tuple(limbs), tuple(actuated), length=characteristic_length)
         self.fixed_frames = {**self.limbs[0].fixed_frames, tip_frame: np.eye(4)}
+        self.fixed_to_base = self.limbs[0].fixed_to_base
         self.joint_names = self._limbs.actuated
         self.passive_joint_names = self._limbs.passive
         solution = close_loops(self._limbs, self._start(home or {}))

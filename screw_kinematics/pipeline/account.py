@@ -22,6 +22,8 @@ class Account:
         Messages that led to outputs at once.
     incomplete : int
         Those of them whose outputs of a higher derivative than is known yet were left out.
+    without_base : int
+        Those after which what is relative to the world was left out.
     used_later : Counter of Reason
         Messages that were used otherwise, by what for: merged with later ones, ...
     refused : Counter of Reason
@@ -42,7 +44,7 @@ class Account:
     def __init__(self) -> None:
         self.received = 0
         self.outputs = 0
-        self.incomplete = 0
+        self.incomplete = self.without_base = 0
         self.used_later: Counter[Reason] = Counter()
         self.refused: Counter[Reason] = Counter()
         self.details: dict[Reason, str] = {}
@@ -61,5 +63,6 @@ class Account:
             self.used_later[outcome] += 1
         else:
             self.refused[outcome] += 1
+            self.details.pop(outcome, None)     # so that the latest is the last
             self.details[outcome] = detail
         return outcome

@@ -7,8 +7,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from .group_motion import Motion
+from .moving_base import BaseMotion
 from .robot_program import RobotProgram
 from ..errors import Reason
+from ..programs.moving_base import AT_REST
 
 
 @dataclass(slots=True)
@@ -27,6 +29,10 @@ class State:
     order : int
         Highest derivative of the joint positions that is known: outputs that need a higher one
         have no values.
+    base : BaseMotion or None
+        Of the base, if that is known and wanted.
+    without_base : bool
+        Whether it is wanted and not known: what is relative to the world has no values.
 
     """
 
@@ -34,6 +40,8 @@ class State:
     values: Sequence[float]
     motion: Motion
     order: int
+    base: BaseMotion | None = None
+    without_base: bool = False
 
 
 class Kinematics:
@@ -48,18 +56,24 @@ class Kinematics:
     order : int
         Derivative of the joints' motion that is wanted, beside what the program takes.
 
+    Attributes
+    ----------
+    moving_base, standing_base : bool
+        Whether some of it is relative to the world, and some to the base.
+
     """
 
     def __init__(self, program: RobotProgram, covariance: bool = False, order: int = 0) -> None:
         self.program = program
         self.covariance = covariance
         self.order = max(program.order, order)
+        self.moving_base, self.standing_base = program.moving_base, program.standing_base
         self._dof = program.dof
         self._inputs = program.dof * (program.order + 1)
 
-    def evaluate(self, motion: Motion) -> State | Reason:
+    def evaluate(self, motion: Motion, base: BaseMotion | None = None) -> State | Reason:
         """
-        Return the state that a motion of all joints leads to.
+        Return the state that a motion of all joints, and of the base, leads to.
 
         Raises
         ------
@@ -73,8 +87,11 @@ class Kinematics:
             inputs = inputs[:self._inputs]
         elif len(inputs) < self._inputs:
             inputs = [*inputs, *(0.0,) * (self._inputs - len(inputs))]
+        if self.moving_base:
+            inputs = [*inputs, *(AT_REST if base is None else base.values)]
         values = self.program.evaluate(inputs)
         total = sum(values)
         if total - total != 0.0:
             return Reason.STATE_NOT_FINITE
-        return State(motion.stamp_ns, values, motion, order)
+        return State(motion.stamp_ns, values, motion, order, base,
+                     self.moving_base and base is None)

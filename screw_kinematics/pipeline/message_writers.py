@@ -35,9 +35,9 @@ class Frames:
     axes: str
 
     @classmethod
-    def of(cls, model: Any, prefix: str, expressed_in: str) -> Frames:
+    def of(cls, model: Any, prefix: str, expressed_in: str, world: str = '') -> Frames:
         """Return the names for a model, with a prefix, and axes of the 'base' or 'tip'."""
-        base, tip = prefix + model.base_frame, prefix + model.tip_frame
+        base, tip = world or prefix + model.base_frame, prefix + model.tip_frame
         return cls(base, tip, tip if expressed_in == 'tip' else base)
 
 
@@ -51,6 +51,8 @@ class JointColumns:
         Which of the measured joints they are.
     count : int
         How many measured joints there are.
+    moving_base : bool
+        Whether the tip moves with the base too, as its Jacobian says.
 
     Examples
     --------
@@ -59,7 +61,8 @@ class JointColumns:
 
     """
 
-    def __init__(self, columns: Sequence[int], count: int) -> None:
+    def __init__(self, columns: Sequence[int], count: int, moving_base: bool = False) -> None:
+        self._moving_base = moving_base
         self.all = list(columns) == list(range(count))
         self._columns = columns
         self._count = count
@@ -71,6 +74,14 @@ class JointColumns:
             return row[start:start + self._count]
         return [row[start + column] for column in self._columns]
 
+    def variances(self, state: State, derivative: int) -> Sequence[float]:
+        """Return those of the tip's joints, and of the base if it matters, as the Jacobian."""
+        own = self.select(state.motion.variances, derivative)
+        if not self._moving_base:
+            return own
+        assert state.base is not None
+        return [*own, *state.base.variances(derivative)]
+
 
 class MessageWriter(Protocol):
     """Writes states as messages of one output."""
@@ -80,7 +91,7 @@ class MessageWriter(Protocol):
 
 
 def message_writer(output: str, slices: Slices, model: Any, settings: RobotSettings,
-                   joints: JointColumns | None = None) -> MessageWriter:
+                   joints: JointColumns | None = None, world: str = '') -> MessageWriter:
     """
     Return what writes the messages of an output.
 
@@ -96,12 +107,15 @@ def message_writer(output: str, slices: Slices, model: Any, settings: RobotSetti
         Axes and reference point of the program, prefix of frame names, gravity.
     joints : JointColumns, optional
         Where the model's joints are among the measured ones, if there are others.
+    world : str
+        Frame that takes the place of the base frame where the motion is relative to the world.
 
     """
     if joints is None:
-        joints = JointColumns(range(len(model.joint_names)), len(model.joint_names))
+        joints = JointColumns(range(len(model.joint_names)), len(model.joint_names),
+                              settings.relative_to == 'world')
     kind = KINDS[output]
-    frames = Frames.of(model, settings.frame_prefix, settings.expressed_in)
+    frames = Frames.of(model, settings.frame_prefix, settings.expressed_in, world)
     if output == 'pose':
         return PoseWriter(slices['pose'], frames)
     if output == 'imu':
@@ -160,7 +174,7 @@ class CovarianceWriter:
     def encode(self, state: State) -> bytes:
         """Return the serialized message."""
         covariance = through_jacobian(state.values[self._jacobian],
-                                      self._joints.select(state.motion.variances, self._order))
+                                      self._joints.variances(state, self._order))
         return self._encoder.encode(state.stamp_ns, (*state.values[self._at], *covariance))
 
 
@@ -224,7 +238,7 @@ class ImuWriter:
         if self._at_base:       # from the point at the base's origin to the tip
             moving = moving + np.cross(turning, felt.to_base.T @ row[:3], axisa=0, axisc=0)
         of_position, of_velocity, of_acceleration = (
-            np.array(self._joints.select(state.motion.variances, k)) for k in range(3))
+            np.array(self._joints.variances(state, k)) for k in range(3))
         return self._encoder.encode(state.stamp_ns, [
             *quaternion_from_row(row[3:]), *_covariance(turning, of_position),
             *omega, *_covariance(turning, of_velocity),

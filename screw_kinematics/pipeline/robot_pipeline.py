@@ -14,6 +14,7 @@ from .account import Account
 from .group_motion import GroupMotion, make_motion
 from .joint_groups import JointGroup, JointGroups, listed
 from .kinematics import Kinematics, State
+from .moving_base import MovingBase
 from .settings import MotionSettings
 from .stream_watch import StreamWatch
 from .synchronizer import Synchronizer
@@ -44,6 +45,8 @@ class RobotPipeline:
     ----------
     configuration : tuple
         All of these parameters but the account.
+    base : MovingBase or None
+        How the base moves; needed where something is relative to the world.
 
     Examples
     --------
@@ -79,6 +82,7 @@ class RobotPipeline:
                                  settings.velocity_source == 'measured')
         self._synchronizer = Synchronizer(len(joint_names), round(max_apart * 1e9))
         self._kinematics: Kinematics | None = None
+        self.base: MovingBase | None = None
 
     @property
     def joint_names(self) -> tuple[str, ...]:
@@ -128,8 +132,18 @@ class RobotPipeline:
         whole = self._synchronizer.add(reading.group, moving)
         if isinstance(whole, Reason):
             return close(whole)
+        base = None
+        if kinematics.moving_base:
+            assert self.base is not None
+            found = self.base.at(whole.stamp_ns)
+            if not isinstance(found, Reason):
+                base = found
+            elif kinematics.standing_base:
+                self.account.without_base += 1
+            else:
+                return close(found, self.base.problem())
         try:
-            state = kinematics.evaluate(whole)
+            state = kinematics.evaluate(whole, base)
         except (ScrewKinematicsError, ArithmeticError, ValueError) as error:
             return close(Reason.NO_SOLUTION, str(error))
         if isinstance(state, State) and state.order < kinematics.order:
@@ -143,6 +157,8 @@ class RobotPipeline:
             group.await_messages()
         for motion in self._motions.values():
             motion.reset()
+        if self.base is not None:
+            self.base.reset()
 
     def release_stale(self, now: float, timeout: float) -> bool:
         """
@@ -184,11 +200,12 @@ class RobotPipeline:
                 names = [self.joint_names[column] for column in columns]
                 whose = '' if len(names) == len(self.joint_names) else f'{listed(names)}: '
                 doubts += [whose + doubt for doubt in motion.estimator.doubts(names)]
-        return doubts
+        return doubts if self.base is None else [*doubts, *self.base.doubts()]
 
     def faults(self, publishers: int) -> list[str]:
         """Return what is wrong with the streams, of topics with so many publishers."""
-        return [fault for watch in self._watches.values() for fault in watch.findings(publishers)]
+        faults = [f for watch in self._watches.values() for f in watch.findings(publishers)]
+        return faults if self.base is None else [*faults, *self.base.faults()]
 
     def estimators(self) -> list[JointEstimator]:
         """Return the estimators at work."""

@@ -8,6 +8,7 @@ from typing import Any, Protocol
 
 from .robot_model import TipsModel
 from .settings import RobotSettings
+from ..programs.moving_base import BASE_INPUTS, MovingBaseProgram
 
 Needs = tuple[tuple[str, ...], ...]
 """For each tip the outputs of its program; none if nobody listens."""
@@ -23,11 +24,16 @@ class RobotProgram(Protocol):
         Highest derivative of the joint positions that it takes.
     dof : int
         Number of measured joints.
+    moving_base, standing_base : bool
+        Whether some of its outputs are relative to the world, so that it takes the motion of the
+        base behind that of the joints; and whether some are relative to the base.
 
     """
 
     order: int
     dof: int
+    moving_base: bool
+    standing_base: bool
 
     @property
     def tips(self) -> Sequence[Mapping[str, slice]]:
@@ -47,15 +53,23 @@ def compile_robot(model: Any, needs: Needs, settings: RobotSettings) -> RobotPro
     """Return the program for these outputs, with axes and reference points of the settings."""
     if isinstance(model, TipsModel):
         return SeveralTips(model, needs, settings)
-    return OneTip(model.compile(needs[0], axes=settings.expressed_in,
-                                pole=settings.reference_point))
+    return OneTip(compile_tip(model, needs[0], settings), settings.relative_to == 'world')
+
+
+def compile_tip(model: Any, needs: Sequence[str], settings: RobotSettings) -> Any:
+    """Return the program of one tip, relative to the base or to the world."""
+    choices = {'axes': settings.expressed_in, 'pole': settings.reference_point}
+    if settings.relative_to == 'world':
+        return MovingBaseProgram(model, needs, **choices)
+    return model.compile(needs, **choices)
 
 
 class OneTip:
     """The program of a model, as it is."""
 
-    def __init__(self, program: Any) -> None:
+    def __init__(self, program: Any, moving_base: bool = False) -> None:
         self.program = program
+        self.moving_base, self.standing_base = moving_base, not moving_base
         self.order, self.dof = program.order, program.dof
         self.tips = [program.slices]
 
@@ -82,19 +96,28 @@ class SeveralTips:
         self.order = 0
         self.tips: list[dict[str, slice]] = []
         self._parts: list[tuple[Any, list[int]]] = []
+        self.moving_base = self.standing_base = False
+        moving: list[list[int]] = []
         end = 0
         for tip, columns, wanted, own in zip(
                 model.tips, model.columns, needs, settings.parts):
             if not wanted:
                 self.tips.append({})
                 continue
-            program = tip.compile(wanted, axes=own.expressed_in, pole=own.reference_point)
+            program = compile_tip(tip, wanted, own)
             self.order = max(self.order, program.order)
-            self._parts.append((program, [
-                k * n + column for k in range(program.order + 1) for column in columns]))
+            inputs = [k * n + column for k in range(program.order + 1) for column in columns]
+            self._parts.append((program, inputs))
+            if own.relative_to == 'world':
+                self.moving_base = True
+                moving.append(inputs)
+            else:
+                self.standing_base = True
             self.tips.append({name: slice(part.start + end, part.stop + end)
                               for name, part in program.slices.items()})
             end += max(part.stop for part in program.slices.values())
+        for inputs in moving:       # the base's motion is behind that of all joints
+            inputs += range((self.order + 1) * n, (self.order + 1) * n + BASE_INPUTS)
 
     def evaluate(self, values: Sequence[float]) -> Sequence[float]:
         """Return the outputs of all tips, one after the other."""

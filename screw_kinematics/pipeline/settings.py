@@ -78,8 +78,8 @@ ROBOT = (
     Setting('tips', [''],
             'Frames whose motion is published, each on <robot>/<tip>/<output>, from one '
             'estimator; empty: tip_frame, on <robot>/<output>. <robot>.<tip>.outputs, '
-            '.tool_offset, .expressed_in, .reference_point, .wrench_* and .payload.* are those of '
-            'one tip.',
+            '.tool_offset, .expressed_in, .reference_point, .relative_to, .wrench_* and '
+            '.payload.* are those of one tip.',
             'a list of different frames of the model, without a point in their names',
             tip_frames, 'configured'),
     Setting('tool_offset', [0.0] * 6,
@@ -91,6 +91,16 @@ ROBOT = (
     Setting('joint_states_topic', 'joint_states',
             'Topic of the joint samples, or a list of topics if the joints come on several.',
             'a topic name or a list of them', topics, 'configured'),
+    Setting('base_motion_topic', '',
+            'Topic of the motion of a base that drives: nav_msgs/Odometry, whose twist is in its '
+            'child frame, or geometry_msgs/TwistStamped, in the axes of its frame; either frame '
+            'is base_frame or fixed to it. Empty: the base stands.',
+            'a topic name, or nothing', text, 'configured'),
+    Setting('relative_to', '',
+            'What the motion is relative to: base, or world, which is the frame of the odometry '
+            'and takes the place of the base frame in all that is said of it. Empty: world if '
+            'there is a base_motion_topic.', 'base, world, or nothing',
+            one_of('', 'base', 'world')),
     Setting('outputs', ['twist', 'accel'], 'What is published, each on <robot>/<output>.',
             f'a list of {", ".join(OUTPUTS)}', some_of(*OUTPUTS)),
     choice('expressed_in', 'base', 'Axes of the published vectors, and their frame_id.',
@@ -148,7 +158,7 @@ ROBOT = (
 
 
 OF_TIP = tuple(setting for setting in ROBOT if setting.name in (
-    'outputs', 'tool_offset', 'expressed_in', 'reference_point')
+    'outputs', 'tool_offset', 'expressed_in', 'reference_point', 'relative_to')
     or setting.name.startswith(('wrench_', 'payload.')))
 """What each of several tips may have of its own."""
 
@@ -221,6 +231,8 @@ class RobotSettings:
     tool_offset: tuple[float, ...]
     frame_prefix: str
     joint_states_topic: tuple[str, ...]
+    base_motion_topic: str
+    relative_to: str
     outputs: tuple[str, ...]
     expressed_in: str
     reference_point: str
@@ -252,6 +264,9 @@ class RobotSettings:
         checked = _gathered({s.name: s.read(values[s.name], prefix) for s in ROBOT})
         estimator = {key.removeprefix('estimator.'): checked.pop(key)
                      for key in list(checked) if key.startswith('estimator.')}
+        checked['base_motion_topic'] = checked['base_motion_topic'].strip()
+        checked['relative_to'] = _relative_to(
+            checked['base_motion_topic'], checked['relative_to'], prefix)
         source, offset = checked.pop('velocity_source'), checked.pop('stamp_offset')
         kind, delay = estimator.pop('kind'), estimator.pop('delay')
         if source == 'measured' and delay > 0:
@@ -265,16 +280,21 @@ class RobotSettings:
         settings = cls(name=name, **checked,
                        motion=MotionSettings(source, kind, delay, offset, estimator))
         settings = replace(settings, of_tips=tuple(
-            replace(settings, name=prefix + tip, tip_frame=tip, tips=(), **_gathered({
-                s.name: s.read(values.get(f'{tip}.{s.name}', values[s.name]), f'{prefix}{tip}.')
-                for s in OF_TIP}))
-            for tip in settings.tips))
+            settings._of_tip(tip, values) for tip in settings.tips))
         for part in settings.parts:
             if 'compensated_wrench' in part.outputs and not part.wrench_topic:
                 raise ParameterError(
                     f'{part.name}.wrench_topic', '',
                     'the topic of a force sensor, as compensated_wrench is one of the outputs')
         return settings
+
+    def _of_tip(self, tip: str, values: Mapping[str, Any]) -> RobotSettings:
+        """Return the settings of one tip: what it has not of its own is the robot's."""
+        prefix = f'{self.name}.{tip}.'
+        own = _gathered({s.name: s.read(values.get(f'{tip}.{s.name}', values[s.name]), prefix)
+                         for s in OF_TIP})
+        own['relative_to'] = _relative_to(self.base_motion_topic, own['relative_to'], prefix)
+        return replace(self, name=prefix[:-1], tip_frame=tip, tips=(), **own)
 
     @property
     def parts(self) -> tuple[RobotSettings, ...]:
@@ -288,6 +308,11 @@ class RobotSettings:
         return f'{robot}/{topic_name(tip)}' if tip else robot
 
     @property
+    def on_moving_base(self) -> bool:
+        """Whether some of its motion is relative to the world."""
+        return any(part.relative_to == 'world' for part in self.parts)
+
+    @property
     def has_tool(self) -> bool:
         """Whether a tool is mounted on the tip frame."""
         return any(self.tool_offset)
@@ -299,3 +324,11 @@ def _gathered(checked: dict[str, Any]) -> dict[str, Any]:
     body = {key.removeprefix(mark): checked.pop(key) for key in list(checked)
             if key.startswith(mark)}
     return {**checked, 'payload': Payload(**body)}
+
+
+def _relative_to(topic: str, given: str, prefix: str) -> str:
+    """Return 'base' or 'world'; raise ParameterError if nothing tells how the base moves."""
+    if given == 'world' and not topic:
+        raise ParameterError(f'{prefix}relative_to', given, "base, as long as the robot's "
+                             'base_motion_topic is empty')
+    return given or ('world' if topic else 'base')

@@ -41,6 +41,18 @@ def test_links_fixed_to_the_tip(tool):
     np.testing.assert_array_equal(arm.fixed_frames[arm.tip_frame], np.eye(4))
 
 
+def test_links_fixed_to_the_base():
+    """Seen from the other end, what was the tip is the base."""
+    arm = models.load_urdf(ARM, base_frame='tool', tip_frame='base')
+    assert set(arm.fixed_to_base) == {'flange', 'sensor', 'tool'}
+    q = [0.3, -0.7]
+    for link in ('flange', 'sensor', 'tool'):
+        np.testing.assert_allclose(
+            inverse(arm.fixed_to_base[link]) @ arm.pose(q),
+            models.load_urdf(ARM, base_frame=link, tip_frame='base').pose(q), atol=1e-12)
+    assert arm.with_tool(np.eye(4)).fixed_to_base is not None
+
+
 def test_the_platform_of_a_parallel_robot():
     platform = models.load('package://screw_kinematics/config/robots/planar_3rrr.yaml')
     tool = pose(rotation_rpy(0, 0, 0.3), [0.0, 0.1, 0.2])

@@ -14,7 +14,7 @@ from support.rig import PUMA
 class Defective:
     """A program with a defect."""
 
-    order, dof = 0, 6
+    order, dof, moving_base, standing_base = 0, 6, False, True
 
     @staticmethod
     def evaluate(values):

@@ -165,6 +165,7 @@ def test_measured_velocities_are_published_however_slowly_they_come():
 def test_a_posture_without_a_state_is_refused_and_the_next_one_used(failure, reason):
     class Fails:
         order, dof, fails = 0, 3, True
+        moving_base, standing_base = False, True
 
         def evaluate(self, values):
             if self.fails and isinstance(failure, Exception):

@@ -6,6 +6,7 @@ import pytest
 
 from screw_kinematics.errors import InvalidValueError, ShapeError
 from screw_kinematics.screws import se3, states
+from screw_kinematics.screws.body_components import states_from_body_derivatives
 from screw_kinematics.screws.se3 import lie_product
 from support import exact, robots
 
@@ -171,6 +172,17 @@ def test_body_fixed_components_do_not_differentiate_to_the_jerk():
     np.testing.assert_allclose(second, J - b(V, A), rtol=1e-12)
     np.testing.assert_allclose(third, S - 2 * b(V, J) + b(V, b(V, A)), rtol=1e-12)
     assert np.abs(second - J).max() > 0.1
+
+
+def test_states_come_back_from_the_components_of_a_body():
+    """To any order, and as the fixed axes of the exact motion have them."""
+    X = np.random.default_rng(8).normal(size=(6, 3, 6))
+    back = states_from_body_derivatives(states.body_derivatives(X))
+    np.testing.assert_allclose(back, X, rtol=1e-11, atol=1e-11)
+    chain, q, derivatives, _ = screws_and_motion(KINDS[3])
+    motion = exact.tip_motion(chain, q, *derivatives)
+    for found, known in zip(states_from_body_derivatives(motion.body), motion.reduced):
+        assert_close(se3.rotate(motion.pose[:3, :3], found), known)
 
 
 def test_chain_states_takes_arrays_lists_and_symbols():
