@@ -116,8 +116,23 @@ class BaseFrames:
         tips, _ = tips_of(model)
         return cls(tips[0].base_frame, tips[0].fixed_to_base, prefix)
 
-    def __contains__(self, name: str) -> bool:
-        return name in self._moved
+    def world_of(self, sample: BaseSample) -> str:
+        """Return the frame that its motion is relative to: without a pose the base frame."""
+        return self.base if sample.world is None else sample.world
+
+    def refusal(self, sample: BaseSample) -> tuple[Reason, str] | None:
+        """Return why a sample is of no use, if it is not, and what is to be said of it."""
+        if sample.frame not in self._moved:
+            return Reason.BASE_FRAME, (f'the moving frame is {sample.frame!r}; allowed: '
+                                       f'{self.allowed}')
+        if not self.world_of(sample):
+            return Reason.BASE_FRAME, "frame_id is ''; allowed: the name of a frame"
+        if not hypot(*sample.twist, *sample.position, *sample.quaternion) < LARGEST:
+            return Reason.VALUES_NOT_FINITE, f'twist {sample.twist}, position {sample.position}'
+        length = hypot(*sample.quaternion)
+        if abs(length - 1) > UNIT:
+            return Reason.BASE_ORIENTATION, f'a quaternion of length {length:.3g}; allowed: 1'
+        return None
 
     def twist(self, sample: BaseSample) -> Array:
         """Return the twist of the base in its own axes, about its origin, shape (6,)."""
@@ -125,6 +140,8 @@ class BaseFrames:
 
     def pose_row(self, sample: BaseSample) -> Sequence[float]:
         """Return the pose of the base in the world: position, then rotation by rows."""
+        if sample.world is None:
+            return AT_REST[:12]
         rotation = rotation_from_quaternion(np.array(sample.quaternion))
         row: list[float] = row_of_pose(
             pose(rotation, sample.position) @ self._back[sample.frame]).tolist()
@@ -173,17 +190,16 @@ class MovingBase:
 
     def take(self, sample: BaseSample) -> BaseMotion | Reason:
         """Take a sample; return the motion it leads to, or why there is none."""
-        reason, detail = self._look(sample)
-        if reason is not None:
-            return self.account.close(reason, detail)
+        refused = self._frames.refusal(sample) or self._strange(sample)
+        if refused is not None:
+            return self.account.close(*refused)
         stamp = sample.stamp_ns
         estimate = self._estimator.step(stamp, self._frames.twist(sample).tolist())
         if isinstance(estimate, Reason) and estimate is not Reason.SETTLING:
             return self.account.close(estimate, f'at {stamp * 1e-9:.3f} s')
-        row: Sequence[float] = AT_REST[:12]
-        self.world = self._frames.base
+        self.world = self._frames.world_of(sample)
+        row = self._frames.pose_row(sample)
         if sample.world is not None:
-            self.world, row = sample.world, self._frames.pose_row(sample)
             self._watch.update(sample)
         if isinstance(estimate, Reason):        # a new run
             self._motions.clear()
@@ -239,24 +255,14 @@ class MovingBase:
         """Return what is wrong with the messages, in sentences."""
         return self._watch.findings()
 
-    def _look(self, sample: BaseSample) -> tuple[Reason | None, str]:
-        """Return why a sample is refused, if it is, and what is to be said of it."""
-        world = self._frames.base if sample.world is None else sample.world
-        if sample.frame not in self._frames:
-            return Reason.BASE_FRAME, (f'the moving frame is {sample.frame!r}; allowed: '
-                                       f'{self._frames.allowed}')
-        if not world:
-            return Reason.BASE_FRAME, "frame_id is ''; allowed: the name of a frame"
-        if self._poses and world != self.world and (
-                abs(sample.stamp_ns - self._poses[-1].stamp_ns) < self._timeout_ns):
-            return Reason.BASE_FRAME, (f'frame_id is {world!r}; allowed: {self.world!r}, while '
-                                       'messages in that come')
-        if not hypot(*sample.twist, *sample.position, *sample.quaternion) < LARGEST:
-            return Reason.VALUES_NOT_FINITE, f'twist {sample.twist}, position {sample.position}'
-        length = hypot(*sample.quaternion)
-        if abs(length - 1) > UNIT:
-            return Reason.BASE_ORIENTATION, f'a quaternion of length {length:.3g}; allowed: 1'
-        return None, ''
+    def _strange(self, sample: BaseSample) -> tuple[Reason, str] | None:
+        """Return a refusal if it is relative to another frame than those that still come."""
+        world = self._frames.world_of(sample)
+        if not self._poses or world == self.world or (
+                abs(sample.stamp_ns - self._poses[-1].stamp_ns) >= self._timeout_ns):
+            return None
+        return Reason.BASE_FRAME, (f'frame_id is {world!r}; allowed: {self.world!r}, while '
+                                   'messages in that come')
 
 
 def _nearest(known: Sequence[Known], stamp_ns: int) -> Known:

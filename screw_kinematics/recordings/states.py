@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from .base_track import BaseTrack, recorded_base
 from .blocks import Block, cut
 from .joint_table import JointTable
 from .recording import description_in, full_name, Recording, Sample
@@ -19,6 +20,7 @@ from ..pipeline.account import Account
 from ..pipeline.joint_groups import JointGroups
 from ..pipeline.outputs import KINDS
 from ..pipeline.robot_model import build_model, continuous_joints, plausible_velocities
+from ..pipeline.robot_program import compile_tip
 from ..pipeline.settings import RobotSettings
 from ..pipeline.wrench_sensor import WrenchSensor
 from ..screws.se3 import Array
@@ -44,6 +46,8 @@ class StateBlock(NamedTuple):
         All outputs of the program, one after the other.
     variances : array, shape (4, N, n)
         Of positions, velocities, accelerations and jerks of the joints.
+    base_variances : array, shape (N, 24), or None
+        Of the twist of a moving base and its derivatives.
 
     """
 
@@ -52,6 +56,7 @@ class StateBlock(NamedTuple):
     motion: Array
     values: Array
     variances: Array
+    base_variances: Array | None = None
 
 
 class RecordedRobot:
@@ -79,6 +84,8 @@ class RecordedRobot:
         Median time between two samples, in the latest block [s].
     findings : list of str
         What is odd about the samples; of several blocks the first.
+    base : BaseTrack or None
+        How the base moves, once the states are being made, if they are relative to the world.
     sensor : WrenchSensor or None
         The force sensor, once the states are being made, if its compensated wrench is wanted.
 
@@ -98,8 +105,8 @@ class RecordedRobot:
         self.groups = JointGroups(model.joint_names)
         needs = tuple(dict.fromkeys(
             need for output in self.outputs for need in KINDS[output].needs)) or ('pose',)
-        self.program = model.compile(needs, axes=settings.expressed_in,
-                                     pole=settings.reference_point)
+        self.program = compile_tip(model, needs, settings)
+        self.base: BaseTrack | None = None
         self.order = max(order, self.program.order, *(KINDS[name].order for name in self.outputs))
 
     def states(self, recording: Recording | JointTable, run: Run = map) -> Iterator[StateBlock]:
@@ -107,6 +114,9 @@ class RecordedRobot:
         if 'compensated_wrench' in self.outputs:
             topic = full_name(self._namespace, self.settings.wrench_topic)
             self.sensor = recorded_sensor(recording, self.settings, self.model, topic)
+        if self.settings.relative_to == 'world':
+            self.base = recorded_base(recording, self.settings, self.model, self._namespace)
+            self.findings = list(self.base.findings)
         asked = self.settings.motion
         smoother = Smoother(asked, continuous_joints(self.model),
                             plausible_velocities(asked, self.model), self.order,
@@ -133,13 +143,23 @@ class RecordedRobot:
         return recording.samples(set(self.topics))
 
     def _evaluate(self, block: MotionBlock) -> StateBlock:
-        results = self.program.batch(*block.motion[:self.program.order + 1])
+        motion, unsure = block.motion, None
+        if self.base is None:
+            results = self.program.batch(*motion[:self.program.order + 1])
+        else:
+            known, base, unsure = self.base.at(block.stamps, self.settings.stale_timeout)
+            self.account.refused[Reason.BASE_TOO_OLD] += int((~known).sum())
+            motion = motion[:, known]
+            block = block._replace(stamps=block.stamps[known], received=block.received[known],
+                                   motion=motion, variances=block.variances[:, known])
+            results = self.program.batch(*motion[:self.program.order + 1], base=base)
         values = np.concatenate([results[name] for name in self.program.slices], axis=1)
         finite = np.isfinite(values).all(axis=1)
         self.account.refused[Reason.STATE_NOT_FINITE] += int((~finite).sum())
         self.account.outputs += int(finite.sum())
         return StateBlock(block.stamps[finite], block.received[finite], block.motion[:, finite],
-                          values[finite], block.variances[:, finite])
+                          values[finite], block.variances[:, finite],
+                          None if unsure is None else unsure[finite])
 
 
 def recorded_robot(recording: Recording | JointTable, settings: RobotSettings, namespace: str,

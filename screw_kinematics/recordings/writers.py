@@ -17,6 +17,7 @@ from ..errors import MissingExtraError, Reason
 from ..pipeline.compensation import WrenchWriter
 from ..pipeline.group_motion import Motion
 from ..pipeline.kinematics import State
+from ..pipeline.moving_base import BaseMotion
 from ..pipeline.message_writers import message_writer, MessageWriter
 from ..pipeline.outputs import KINDS
 from ..screws.rotations import quaternion_from_rotation
@@ -69,10 +70,13 @@ class BagWriter:
             self._topics[name] = self._advertise(robot)
         motion, variances = (np.moveaxis(array, 1, 0).reshape(len(block.stamps), -1).tolist()
                              for array in (block.motion, block.variances))
-        for stamp, received, values, moving, unsure in zip(
+        of_base = [None] * len(motion) if block.base_variances is None else [
+            BaseMotion(stamp, (), row) for stamp, row in zip(
+                block.stamps.tolist(), block.base_variances.tolist())]
+        for stamp, received, values, moving, unsure, base in zip(
                 block.stamps.tolist(), block.received.tolist(), block.values.tolist(), motion,
-                variances):
-            state = State(stamp, values, Motion(stamp, moving, unsure), robot.order)
+                variances, of_base):
+            state = State(stamp, values, Motion(stamp, moving, unsure), robot.order, base)
             for connection, writer in self._topics[name]:
                 message = writer.encode(state)
                 if not isinstance(message, Reason):
@@ -93,7 +97,8 @@ class BagWriter:
         return [(self._connection(f'{settings.topic}/{output}', KINDS[output].type_name),
                  WrenchWriter(robot.program.slices, settings, robot.sensor)
                  if output == 'compensated_wrench' and robot.sensor is not None else
-                 message_writer(output, robot.program.slices, robot.model, settings))
+                 message_writer(output, robot.program.slices, robot.model, settings,
+                                world=robot.base.world if robot.base is not None else ''))
                 for output in robot.outputs]
 
     def _connection(self, topic: str, type_name: str) -> Any:
@@ -179,7 +184,9 @@ def values_of(robot: RecordedRobot, block: StateBlock, output: str) -> Array:
 def _table(file: Path, robot: RecordedRobot, **more: str) -> TableWriter:
     settings, model = robot.settings, robot.model
     return TableWriter(file, _quantities(robot), {
-        'robot': settings.name, 'base_frame': settings.frame_prefix + model.base_frame,
+        'robot': settings.name,
+        'base_frame': (settings.frame_prefix + model.base_frame if robot.base is None
+                       else robot.base.world),
         'tip_frame': settings.frame_prefix + model.tip_frame, 'axes': settings.expressed_in,
         'reference_point': settings.reference_point, 'units': 'rad, m, s', **more})
 
