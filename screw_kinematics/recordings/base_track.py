@@ -161,7 +161,7 @@ def _samples(recording: Recording, topic: str,
 def _smoother(settings: MotionSettings) -> Smoother:
     """Return what smooths the six components of the twist, as positions of joints."""
     return Smoother(MotionSettings('estimated', options={'max_gap': settings.options['max_gap']}),
-                    (False,) * 6, (MAX_ACCELERATION,) * 6, 3)
+                    (False,) * 6, (MAX_ACCELERATION,) * 6, 3, COMPONENTS)
 
 
 def _rows(derivatives: Array) -> Array:

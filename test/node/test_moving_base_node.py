@@ -13,7 +13,7 @@ from screw_kinematics.screws.rotations import pose, quaternion_from_rotation, ro
 from screw_kinematics.screws.se3 import inverse
 from std_msgs.msg import String
 from support.rig import (
-    joint_state, KEEP, LIMIT, RELIABLE_INPUT, running, six, smooth_motion, stamp_ns, start)
+    joint_state, KEEP, LIMIT, running, six, smooth_motion, stamp_ns, start)
 
 MOUNT = 'xyz="0.2 0 0.4" rpy="0 0 0.5"'
 
@@ -85,9 +85,7 @@ def put(message, twist):
 
 
 def parameters(**more):
-    topics = ('/joint_states', '/base')
-    return {'robots': ['mobile'], 'diagnostics_rate': 20.0,
-            'qos_overrides': {topic: {'subscription': RELIABLE_INPUT} for topic in topics},
+    return {'robots': ['mobile'],
             'mobile': {'description': ROBOT, 'base_frame': 'arm', 'tip_frame': 'hand',
                        'base_motion_topic': 'base', 'stale_timeout': 60.0,
                        'outputs': ['pose', 'twist', 'accel'], **more}}

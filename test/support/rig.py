@@ -153,6 +153,8 @@ def patient(parameters, file):
         for robot in read_robots(file):
             qos |= {f'/{topic}': {'subscription': DEEP} for topic in robot.joint_states_topic}
             qos |= {f'/{robot.topic}/{output}': {'publisher': DEEP} for output in robot.outputs}
+            if robot.base_motion_topic:
+                qos[f'/{robot.base_motion_topic}'] = {'subscription': DEEP}
         for name in parameters['robots']:
             parameters[name] = {'stale_timeout': 1000.0, **parameters[name]}
     qos |= parameters.get('qos_overrides', {})
