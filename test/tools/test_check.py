@@ -164,6 +164,69 @@ def test_faults_of_the_readings(tmp_path, capsys, change, code, message):
     assert 'keep estimator.delay: 0' not in out or change is not noisy
 
 
+def other_publisher(says, every=4, names=NAMES):
+    """Yield messages, and among them those of a second publisher."""
+    for k, message in enumerate(messages(count=1600)):
+        yield message
+        if k % every == 0:
+            stamp = message[2] - 300_000 + 2_000_000
+            yield '/joint_states', rec.JOINT_STATE, stamp + 400_000, rec.joint_state(
+                stamp, names, says(k / 200.0)[:len(names)], ())
+
+
+@pytest.mark.parametrize('says, every, words', [
+    (lambda t: np.zeros(6), 4, ['one 200 messages a second of a motion',
+                                'one 50 messages a second of zeros (a forgotten joint_state_']),
+    (lambda t: np.full(6, 0.5), 1, ['one 200 messages a second that never change (q1 0.5']),
+    (lambda t: motion(t - 0.4, 0.5)[0] - 0.3, 2,
+     ['one 200 messages a second of a motion', 'one 100 messages a second of a motion'])])
+def test_two_publishers_that_disagree_are_told_apart(tmp_path, capsys, says, every, words):
+    path = rec.write_bag(tmp_path / 'run', other_publisher(says, every))
+    code = check.main(['bag', str(path), '--robot', PUMA])
+    line, = [line for line in capsys.readouterr().out.splitlines()
+             if 'two publishers disagree on joints' in line]
+    assert code == 1 and all(word in line for word in words), line
+
+
+@pytest.mark.parametrize('says, code, words', [
+    (lambda t: np.zeros(7), 1, 'two publishers disagree on joints q1, q2, q3, q4, q5, q6: '
+                               '6 joints in 200 messages a second of a motion, 7 joints in 50 '
+                               'messages a second of zeros'),
+    (lambda t: np.append(motion(t, 0.5)[0], 0), 0, 'two publishers bring joints q1, q2')])
+def test_joints_that_come_in_messages_of_other_names_too(tmp_path, capsys, says, code, words):
+    path = rec.write_bag(tmp_path / 'run', other_publisher(says, names=[*NAMES, 'finger']))
+    found = check.main(['bag', str(path), '--robot', PUMA])
+    out = capsys.readouterr().out
+    assert words in out and ('two publishers disagree' in out) == bool(code)
+    assert found == 1 or not code
+
+
+def velocity_is_position(k, sample):
+    sample[3] = sample[2]
+
+
+def velocity_is_commanded(k, sample):
+    sample[3] = np.full(6, 1.5)
+
+
+@pytest.mark.parametrize('change, words', [
+    (velocity_is_position, 'the velocity field of joints q1, q2, q3, q4, q5, q6 holds the pos'),
+    (velocity_is_commanded, 'the velocity field of joints q1 (1.5), q2 (1.5), q3 (1.5), q4 (1.5), '
+                            'q5 (1.5), q6 (1.5) never changes while they move')])
+def test_a_velocity_field_that_holds_something_else_is_named(tmp_path, capsys, change, words):
+    code, out = run(tmp_path, capsys, change=change, count=1000)
+    assert code == 1 and words in out
+
+
+def test_a_glitch_is_no_second_publisher(tmp_path, capsys):
+    def glitch(k, sample):
+        if k in (300, 500):
+            sample[2] = sample[2] + 0.1
+
+    _, out = run(tmp_path, capsys, change=glitch)
+    assert 'two publishers' not in out
+
+
 def test_ordinary_encoders_are_not_said_to_repeat(tmp_path, capsys):
     """A coarse encoder often reads the same twice, as it must."""
     def coarse(k, sample):

@@ -9,6 +9,7 @@ import numpy as np
 
 from .findings import FACT, Finding, PROBLEM, REMARK
 from .readings import report_readings
+from .sources import report_overlaps, report_sources, report_velocity_field
 from ...recordings.joint_streams import JointStream, JointStreams
 from ...screws.se3 import Array
 
@@ -45,9 +46,10 @@ def report_streams(topic: str, streams: JointStreams,
     if missing:
         yield Finding(PROBLEM, f'{topic}: nobody publishes {", ".join(missing)}',
                       f'published are: {", ".join(sorted(set(come)))}')
+    yield from report_overlaps(topic, list(streams.streams.values()), wanted)
     for stream in streams.streams.values():
         if any(name in wanted for name in stream.names):
-            yield from _report(_label(topic, stream, len(streams.streams)), stream, wanted)
+            yield from _report(topic, _label(topic, stream, len(streams.streams)), stream, wanted)
 
 
 def _label(topic: str, stream: JointStream, streams: int) -> str:
@@ -57,7 +59,8 @@ def _label(topic: str, stream: JointStream, streams: int) -> str:
     return f'{topic} ({names})'
 
 
-def _report(label: str, stream: JointStream, wanted: Mapping[str, str]) -> Iterator[Finding]:
+def _report(topic: str, label: str, stream: JointStream, wanted: Mapping[str, str],
+            ) -> Iterator[Finding]:
     if stream.wrong_length:
         yield Finding(PROBLEM, f'{label}: {stream.wrong_length} messages have another number '
                                f'of positions than of names ({len(stream.names)})')
@@ -73,6 +76,8 @@ def _report(label: str, stream: JointStream, wanted: Mapping[str, str]) -> Itera
     if bad.any():
         yield Finding(PROBLEM, f'{label}: {int(bad.sum())} messages have positions that are '
                                'not finite', 'they are refused')
+    received = np.array(stream.received, dtype=np.int64)[~bad]
+    yield from report_sources(topic, label, names, received, position[~bad])
     yield from report_readings(label, names, [wanted[name] for name in names],
                                stream.times()[~bad], position[~bad])
     yield from _report_velocity(label, names, stream.times()[~bad], position[~bad],
@@ -148,6 +153,7 @@ def _report_velocity(label: str, names: Sequence[str], time: Array, position: Ar
                               'though the positions change',
                       'the estimator finds out; velocity_source: estimated leaves no doubt; '
                       'never use measured')
+    yield from report_velocity_field(label, names, time, position, velocity)
     for i in np.flatnonzero(moved & ~zero & measured.all(axis=0)).tolist():
         lag = _lag(time, position[:, i], velocity[:, i])
         if lag is not None and lag > 2e-3:
