@@ -26,7 +26,7 @@ from ..screws.se3 import Array, lie_product, matvec, rotate, shift_pole
 from ..screws.states import compose
 from ..screws.vectors import skew
 
-__all__ = ['AT_REST', 'BASE_INPUTS', 'carry', 'MovingBaseProgram']
+__all__ = ['AT_REST', 'BASE_INPUTS', 'MovingBaseProgram', 'carry', 'carry_batch']
 
 BASE_INPUTS = 12 + 4 * 6
 """Numbers that tell the motion of a base."""
@@ -104,6 +104,11 @@ class MovingBaseProgram:
         values : sequence of float
             Positions, velocities, ... of the joints up to ``order``, then the base's motion.
 
+        Returns
+        -------
+        sequence of float
+            Where which output is, ``slices`` say.
+
         """
         n = self._joint_inputs
         return self._machine.evaluate((*self._inner.evaluate(values[:n]), *values[n:]))
@@ -132,11 +137,27 @@ class MovingBaseProgram:
         return {name: out[:, part] for name, part in self.slices.items()}
 
     def continue_from(self, before: Any) -> None:
-        """Go on where the program before was, if samples depend on each other."""
+        """
+        Go on where the program before was, if samples depend on each other.
+
+        Parameters
+        ----------
+        before : MovingBaseProgram or Program
+            The one that evaluated the samples so far.
+
+        """
         self._inner.continue_from(getattr(before, '_inner', before))
 
     def report(self) -> dict[str, Any]:
-        """Return how the last posture is, if the program knows."""
+        """
+        Return how the last posture is, if the program knows.
+
+        Returns
+        -------
+        dict
+            Of numbers by name; empty of an open chain.
+
+        """
         return dict(getattr(self._inner, 'report', dict)())
 
     @property
@@ -198,7 +219,20 @@ def carry(values: Sequence[float]) -> Sequence[float]:
 
 
 def carry_batch(values: Array) -> Array:
-    """Return the motion of a base at many instants; see :func:`carry`, shape (N, ...)."""
+    """
+    Return the motion of a base at many instants.
+
+    Parameters
+    ----------
+    values : array, shape (N, BASE_INPUTS + 2)
+        As of :func:`carry`, one row for each.
+
+    Returns
+    -------
+    array, shape (N, BASE_INPUTS)
+        The motions there.
+
+    """
     out = np.empty((len(values), BASE_INPUTS))
     _carrier().batch([np.ascontiguousarray(values, dtype=float)], out, 2)
     return out
