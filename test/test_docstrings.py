@@ -26,6 +26,12 @@ INTERNAL = {'Graph'}
 """Its methods are called by the scalars it hands out alone."""
 
 
+def inherited(described, member):
+    """Whether a member without a docstring has that of the class it overrides."""
+    return not vars(described)[member].__doc__ and any(
+        getattr(vars(base).get(member), '__doc__', None) for base in described.__mro__[1:-1])
+
+
 def public_names(module):
     """Return the paths of a module's public functions and classes, with their members."""
     room = importlib.import_module(f'screw_kinematics.{module}')
@@ -38,6 +44,8 @@ def public_names(module):
             continue
         yield f'{room.__name__}.{name}'
         for member, value in vars(described).items() if inspect.isclass(described) else ():
+            if inherited(described, member):
+                continue
             if not member.startswith('_') and (inspect.isfunction(value) or isinstance(
                     value, (property, classmethod, staticmethod))):
                 yield f'{room.__name__}.{name}.{member}'

@@ -1,130 +1,32 @@
 # Copyright screw_kinematics contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-What serial chains and parallel manipulators answer alike: one interface for both.
+What serial chains and parallel manipulators answer alike, from what each of them brings.
 
-A manipulator brings the forward problem, its states, and its Jacobian. What follows from
-these is written here once: the inverse problem of every order, the Coriolis-Lie term, joint
-efforts, and how well a posture can move.
+The inverse problem of every order, the Coriolis-Lie term, joint efforts, and how well a posture can
+move.
 """
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
 from .inverse import InverseSolution, InverseSolver, Manipulability, manipulability
-from ..errors import InvalidValueError, ShapeError, UnknownNameError
+from .mechanism import Mechanism
+from ..errors import UnknownNameError
 from ..screws.body_state import BodyState
 from ..screws.se3 import Array
 from ..screws.vectors import checked_array, finite_array
 
-__all__ = ['MAX_ORDER', 'Manipulator']
+__all__ = ['Manipulator']
 
-MAX_ORDER = 4
-"""Highest time derivative of the joints' positions."""
 _KINDS = ('classical', 'reduced')
 _DAMPED = InverseSolver()
 
 
-class Manipulator(ABC):
-    """A mechanism that moves a tip frame relative to a base frame by measured joints."""
-
-    joint_names: Any
-    base_frame: str
-    tip_frame: str
-    warnings: tuple[str, ...] = ()
-    """What its description has that the robot has not."""
-    fixed_frames: Mapping[str, Array]
-    """Poses in the tip frame of the frames that are fixed to it, itself among them [m]."""
-    fixed_to_base: Mapping[str, Array]
-    """The same of the base frame."""
-
-    @property
-    @abstractmethod
-    def dof(self) -> int:
-        """Return the number of measured joints."""
-
-    @property
-    @abstractmethod
-    def prismatic(self) -> Array:
-        """Return which measured joints are in m rather than rad, shape (dof,)."""
-
-    @abstractmethod
-    def jacobian(self, q: Any, pole: str | Array = 'tip', axes: str = 'base') -> Array:
-        """
-        Return the columns of unit rates of the measured joints.
-
-        Parameters
-        ----------
-        q : array, shape (..., dof)
-            Positions of the measured joints [rad, m].
-        pole : 'tip', 'base' or array, shape (..., 3)
-            The point the moments refer to; an array is in base coordinates [m].
-        axes : {'base', 'tip'}
-            Whose axes the components are in.
-
-        Returns
-        -------
-        array, shape (..., 6, dof)
-            ``jacobian @ qd`` is the twist.
-
-        """
-
-    @abstractmethod
-    def state(self, q: Any, *derivatives: Any) -> BodyState:
-        """
-        Return pose and reduced states of the tip.
-
-        Parameters
-        ----------
-        q : array, shape (..., dof)
-            Positions of the measured joints [rad, m].
-        *derivatives : array, shape (..., dof)
-            Their first to at most fourth time derivatives.
-
-        Returns
-        -------
-        BodyState
-            Pole at the tip, axes of the base.
-
-        """
-
-    def pose(self, q: Any) -> Array:
-        """
-        Return T_base_tool at the joint positions q.
-
-        Parameters
-        ----------
-        q : array, shape (..., dof)
-            Positions of the measured joints [rad, m].
-
-        Returns
-        -------
-        array, shape (..., 4, 4)
-            T_base_tool [m].
-
-        """
-        return self.state(q).pose
-
-    @abstractmethod
-    def skeleton(self, q: Any) -> tuple[Array, ...]:
-        """
-        Return lines of points to draw the links through, in base axes.
-
-        Parameters
-        ----------
-        q : array, shape (..., dof)
-            Positions of the measured joints [rad, m].
-
-        Returns
-        -------
-        tuple of array, shape (..., points, 3)
-            From base to tip [m].
-
-        """
+class Manipulator(Mechanism):
+    """What follows from the forward problem, the states and the Jacobian of a mechanism."""
 
     def coriolis_lie(self, q: Any, qd: Any, pole: str | Array = 'tip',
                      axes: str = 'base') -> Array:
@@ -385,17 +287,3 @@ class Manipulator(ABC):
         """Return the state with the next derivative of the joints zero."""
         return self.state(q, *rates, 0 * checked_array(
             f'derivative {len(rates)} of q of {self!r}', rates[-1], (..., self.dof)))
-
-    def _check_motion(self, q: Array, derivatives: tuple[Any, ...]) -> None:
-        """Refuse too many derivatives, and such as do not belong to as many samples."""
-        if len(derivatives) > MAX_ORDER:
-            raise InvalidValueError(
-                f'derivatives up to order {MAX_ORDER} are supported, got {len(derivatives)}')
-        for n, given in enumerate(derivatives, start=1):
-            samples = np.shape(given)[:-1]
-            try:
-                np.broadcast_shapes(np.shape(q)[:-1], samples)
-            except ValueError:
-                expected = (*np.shape(q)[:-1], self.dof)
-                raise ShapeError(f'derivative {n} of q of {self!r}', f'{expected}, as q',
-                                 np.shape(given)) from None

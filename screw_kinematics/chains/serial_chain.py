@@ -88,47 +88,22 @@ class SerialChain(Manipulator):
 
     @property
     def dof(self) -> int:
-        """Return the number of measured joints."""
         return self._coupling.dof
 
     @property
     def joint_kinds(self) -> tuple[str, ...]:
-        """Return the kinds of the measured joints: 'revolute', 'continuous' or another."""
         return self._coupling.joint_kinds
 
     @property
     def velocity_limits(self) -> Array:
-        """Return their largest speeds [rad/s, m/s], infinite if unknown; shape (dof,)."""
         return self._coupling.velocity_limits
 
     @property
     def prismatic(self) -> Array:
-        """Return which measured joints are in m rather than rad, shape (dof,)."""
         return self._coupling.prismatic
 
     def with_tool(self, T_tip_tool: Any,    # noqa: N803
                   tip_frame: str | None = None) -> SerialChain:
-        """
-        Return the chain with a tool mounted on its tip.
-
-        Parameters
-        ----------
-        T_tip_tool : array, shape (4, 4)
-            Pose of the tool in the present tip frame [m].
-        tip_frame : str, optional
-            Name of the new tip frame.
-
-        Returns
-        -------
-        SerialChain
-            With the tool's frame as its tip.
-
-        Raises
-        ------
-        ShapeError, InvalidValueError
-            The pose is no rigid displacement.
-
-        """
         tool = rigid_displacement('T_tip_tool', T_tip_tool)
         return SerialChain(
             self.joints, self.T_base_tool @ tool,
@@ -161,20 +136,6 @@ class SerialChain(Manipulator):
         return self._coupling.values(q, order)
 
     def pose(self, q: Any) -> Array:
-        """
-        Return T_base_tool at the joint positions q.
-
-        Parameters
-        ----------
-        q : array, shape (..., dof)
-            Positions of the measured joints [rad, m].
-
-        Returns
-        -------
-        array, shape (..., 4, 4)
-            T_base_tool [m].
-
-        """
         return self.posture(q).pose
 
     def posture(self, q: Any) -> Posture:
@@ -252,30 +213,6 @@ class SerialChain(Manipulator):
         return np.stack([np.broadcast_to(screw, shape) for screw in screws], axis=-2)
 
     def jacobian(self, q: Any, pole: str | Array = 'tip', axes: str = 'base') -> Array:
-        """
-        Return the Jacobian: its columns are the unit screws of the measured joints.
-
-        A joint that others mimic has the sum of all their screws, times the multipliers.
-
-        Parameters
-        ----------
-        q : array, shape (..., dof)
-            Positions of the measured joints [rad, m].
-        pole : 'tip', 'base' or array, shape (..., 3)
-            The point the moments refer to; an array is in base coordinates [m].
-        axes : {'base', 'tip'}
-            Whose axes the components are in.
-
-        Returns
-        -------
-        array, shape (..., 6, dof)
-            ``jacobian @ qd`` is the twist.
-
-        References
-        ----------
-        The paper, section 2.4.1.
-
-        """
         check_axes(axes)
         posture = self.posture(q)
         columns = self._coupling.columns(posture.screws(resolve_pole(pole, posture.pose)[1]))
@@ -288,31 +225,6 @@ class SerialChain(Manipulator):
         return np.stack([np.broadcast_to(column, shape) for column in columns], axis=-1)
 
     def state(self, q: Any, *derivatives: Any) -> BodyState:
-        """
-        Return pose and reduced states of the tip, pole at the tip, axes of the base.
-
-        Parameters
-        ----------
-        q : array, shape (..., dof)
-            Positions of the measured joints [rad, m].
-        *derivatives : array, shape (..., dof)
-            Their first to at most fourth time derivatives.
-
-        Returns
-        -------
-        BodyState
-            Pole at the tip, axes of the base.
-
-        Raises
-        ------
-        ShapeError, InvalidValueError
-            Joint values of a wrong shape, or more than four derivatives.
-
-        References
-        ----------
-        The paper, sections 2.4.1 and 2.4.2 (Theorems 3 and 4) for order 1 and 2.
-
-        """
         posture, rates = self._moving(q, derivatives)
         tip = posture.pose[..., :3, 3]
         reduced = chain_states(posture.screws(tip), rates)
@@ -365,29 +277,6 @@ class SerialChain(Manipulator):
     def compile(    # noqa: A003
             self, outputs: Iterable[str] = ('pose', 'twist', 'accel'),
             axes: str = 'base', pole: str = 'tip') -> Program:
-        """
-        Return a straight-line program of this chain, which is much faster than the chain.
-
-        Parameters
-        ----------
-        outputs : iterable of str
-            Any of 'pose' (position, then rotation by rows), 'twist', 'accel', 'jerk',
-            'snap' (classical), 'reduced_accel', 'reduced_jerk', 'reduced_snap' and
-            'jacobian' (6 x dof by rows).
-        axes, pole : {'base', 'tip'}
-            Whose axes all but the pose are in, and the point they refer to.
-
-        Returns
-        -------
-        Program
-            Call it with q, qd, ..., or let it run over a batch.
-
-        Raises
-        ------
-        UnknownNameError, InvalidValueError
-            An argument is none of the allowed ones.
-
-        """
         return compile_chain(self, outputs, axes, pole)
 
 

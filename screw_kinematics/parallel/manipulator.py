@@ -125,12 +125,10 @@ class ParallelManipulator(Manipulator):
 
     @property
     def dof(self) -> int:
-        """Return the number of actuated (measured) joints."""
         return len(self._limbs.actuated)
 
     @property
     def prismatic(self) -> Array:
-        """Return which actuated joints are in m rather than rad, shape (dof,)."""
         return np.asarray(~self._limbs.turning[:self.dof])
 
     @property
@@ -140,12 +138,10 @@ class ParallelManipulator(Manipulator):
 
     @property
     def joint_kinds(self) -> tuple[str, ...]:
-        """Return the kinds of the actuated joints: 'revolute', 'continuous' or another."""
         return self._limbs.joint_kinds[:self.dof]
 
     @property
     def velocity_limits(self) -> Array:
-        """Return their largest speeds [rad/s, m/s], infinite if unknown; shape (dof,)."""
         return self._limbs.velocity_limits[:self.dof]
 
     @property
@@ -160,27 +156,6 @@ class ParallelManipulator(Manipulator):
 
     def with_tool(self, T_tip_tool: Any,    # noqa: N803
                   tip_frame: str | None = None) -> ParallelManipulator:
-        """
-        Return the manipulator with a tool mounted on its platform.
-
-        Parameters
-        ----------
-        T_tip_tool : array, shape (4, 4)
-            Pose of the tool in the present platform frame [m].
-        tip_frame : str, optional
-            Name of the new tip frame.
-
-        Returns
-        -------
-        ParallelManipulator
-            With the tool's frame as its tip.
-
-        Raises
-        ------
-        ShapeError, InvalidValueError
-            The pose is no rigid displacement.
-
-        """
         return ParallelManipulator(
             [chain.with_tool(T_tip_tool, tip_frame) for chain in self.limbs], self.joint_names,
             dict(zip(self._limbs.joint_names, self.home.joints)), self.base_frame,
@@ -447,21 +422,6 @@ class ParallelManipulator(Manipulator):
         return dict(zip(self._limbs.names, self._limbs.points(posture.joints)))
 
     def skeleton(self, q: Any) -> tuple[Array, ...]:
-        """
-        Return points to draw each limb through, in base axes [m].
-
-        Parameters
-        ----------
-        q : array, shape (..., dof)
-            Positions of the actuated joints [rad, m]; of many samples each starts from the
-            one before.
-
-        Returns
-        -------
-        tuple of array, shape (..., joints + 1, 3)
-            One for each limb: a point on each joint's axis, then the platform frame's origin.
-
-        """
         (q,) = self._motion(q, ())
         samples = [list(self.points(posture).values()) for posture in self._along(q, None)]
         return tuple(np.array(limb).reshape(q.shape[:-1] + limb[0].shape)
@@ -469,29 +429,6 @@ class ParallelManipulator(Manipulator):
 
     def compile(self, outputs: Iterable[str] = ('pose', 'twist', 'accel'),    # noqa: A003
                 axes: str = 'base', pole: str = 'tip') -> ParallelProgram:
-        """
-        Return the program for a stream of samples, as :meth:`.SerialChain.compile` does.
-
-        It keeps the last posture, from which the next one is found.
-
-        Parameters
-        ----------
-        outputs : iterable of str
-            As for a serial chain.
-        axes, pole : {'base', 'tip'}
-            Whose axes, and about which point, the six-vectors are.
-
-        Returns
-        -------
-        ParallelProgram
-            With a posture of its own.
-
-        Raises
-        ------
-        UnknownNameError, InvalidValueError
-            An argument is none of the allowed ones.
-
-        """
         return ParallelProgram(self, outputs, axes, pole)
 
     def _joint_vector(self, name: str, value: Any) -> Array:
