@@ -3,8 +3,8 @@
 """
 What serial chains and parallel manipulators answer alike, from what each of them brings.
 
-The inverse problem of every order, the Coriolis-Lie term, joint efforts, and how well a posture can
-move.
+The inverse problem of every order, the Coriolis-Lie term, joint efforts, and how well a
+posture can move.
 """
 from __future__ import annotations
 
