@@ -52,14 +52,12 @@ class PayloadFit:
         1: the load exerts the measured wrench; -1: the sensor does.
     deviations : array, shape (16,)
         Standard deviations of mass [kg], centre [m], inertia about the centre [kg m^2], bias.
-    residual, unloaded : array, shape (6,)
-        RMS of the wrench less bias and load, and less bias and weight only [N, N m].
-    left_out : float
-        Share of the wrenches that were taken for contact.
-    count : int
-        Wrenches that were used.
-    seconds : float
-        How long they took.
+    stamps : array of int, shape (N,)
+        Of the wrenches that were looked at [ns].
+    used : array of bool, shape (N,)
+        Which of them were not taken for contact.
+    measured, unloaded, left : array, shape (N, 6)
+        Wrenches less bias, less the weight too, less the inertia too [N, N m].
     force, turning : array, shape (3, 3)
         Covariance of the specific force and mean square of the angular acceleration, in the
         sensor's axes: what told of the payload.
@@ -70,13 +68,32 @@ class PayloadFit:
     bias: Array
     sign: float
     deviations: Array
-    residual: Array
+    stamps: Array
+    used: Array
+    measured: Array
     unloaded: Array
-    left_out: float
-    count: int
-    seconds: float
+    left: Array
     force: Array
     turning: Array
+
+    def rms(self, wrenches: Array) -> tuple[float, float]:
+        """
+        Return the RMS of force and torque without contact.
+
+        Parameters
+        ----------
+        wrenches : array, shape (N, 6)
+            One of `measured`, `unloaded` and `left`.
+
+        Returns
+        -------
+        tuple of two floats
+            In N and N m.
+
+        """
+        squares = (wrenches[self.used].reshape(-1, 2, 3)**2).sum(axis=2)
+        force, torque = np.sqrt(squares.mean(axis=0))
+        return float(force), float(torque)
 
 
 def fit_payload(link: LinkMotion, stamps: Array, wrenches: Array, gravity: Sequence[float],
@@ -123,12 +140,11 @@ def fit_payload(link: LinkMotion, stamps: Array, wrenches: Array, gravity: Seque
     body = sign * found[:_BODY]
     if not abs(body[0]) > 1e-12:
         raise ToolError('the wrenches do not depend on the motion: is it this robot and sensor?')
-    only = measured - weight @ found
     return PayloadFit(
         Payload.of(body), found[_BODY:], sign,
         _deviations(sign * found[:_BODY], covariance),
-        _rms(rest[used]), _rms(only[used]), 1 - float(used.mean()), int(used.sum()),
-        float(at[-1] - at[0]) * 1e-9, spread, alpha.T @ alpha / len(alpha))
+        at, used, measured - found[_BODY:], measured - weight @ found, rest, spread,
+        alpha.T @ alpha / len(alpha))
 
 
 def nearest_body(inertia: Sequence[float]) -> tuple[float, ...]:
@@ -202,7 +218,3 @@ def _deviations(body: Array, covariance: Array) -> Array:
                        for step in np.diag(steps)], axis=1)
     own = slopes @ covariance[:_BODY, :_BODY] @ slopes.T
     return np.sqrt(np.maximum(np.concatenate([np.diag(own), np.diag(covariance)[_BODY:]]), 0.0))
-
-
-def _rms(values: Array) -> Array:
-    return np.sqrt((values**2).mean(axis=0))

@@ -70,6 +70,14 @@ def test_payload_is_found_and_compensated(options, robot, tmp_path, capsys):
     assert (rec.stamp_of(messages[50][1]) - rec.START) % 2_000_000 == 0
 
 
+def test_it_is_drawn(robot, tmp_path, capsys):
+    pytest.importorskip('matplotlib')
+    path = loaded_recording.write(tmp_path / 'run')
+    run(path, robot, capsys, '--plot', str(tmp_path / 'payload.png'))
+    assert (tmp_path / 'payload.png').read_bytes().startswith(b'\x89PNG')
+    assert 'payload.txt' in run(path, robot, capsys, '--plot', 'payload.txt', code=2)
+
+
 def test_standard_deviations_are_right(robot, tmp_path, capsys):
     """Of 12 recordings times 16 parameters: errors are of the size that is said."""
     from screw_kinematics.recordings.link_motion import LinkMotion

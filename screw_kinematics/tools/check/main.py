@@ -19,9 +19,9 @@ from .delay import recommend
 from .findings import FACT, Finding, has_problem, print_findings, PROBLEM, REMARK
 from .model import report_model
 from .offset import compare_clocks
-from .offset_picture import check_ending, ENDINGS
 from .samples import report_streams
 from .. import console, live_recording, robot_options, table_options
+from ..plot.histories import check_ending, ENDINGS
 from ... import core, models
 from ...errors import ParameterError, ScrewKinematicsError
 from ...pipeline.parameter_file import read_robots, robot_settings

@@ -10,23 +10,14 @@ from typing import Any
 import numpy as np
 
 from ..plot.histories import pyplot
-from ...errors import ParameterError
 from ...recordings.clock_offset import (
     Channels, ClockOffset, predicted, SEARCH, shares_explained)
 from ...recordings.link_motion import LinkMotion
 from ...recordings.motion_streams import Stream
 from ...screws.se3 import Array
 
-ENDINGS = ('.png', '.svg', '.pdf')
-
 _SHOWN = 1.0        # of the signals [s]
 _NARROW = 5e-3      # offsets beside the one found that are drawn densely [s]
-
-
-def check_ending(path: Path) -> None:
-    """Raise ParameterError if a picture cannot be written into this file."""
-    if path.suffix not in ENDINGS:
-        raise ParameterError('plot', str(path), f'a file ending in {", ".join(ENDINGS)}')
 
 
 def draw_offset(path: Path, topic: str, stream: Stream, groups: Sequence[Channels],
@@ -53,6 +44,7 @@ def draw_offset(path: Path, topic: str, stream: Stream, groups: Sequence[Channel
 
     """
     plt = pyplot()
+    plt.switch_backend('agg')       # into a file, wherever this runs
     figure, (above, below) = plt.subplots(2, 1, figsize=(8, 6), layout='constrained')
     offsets = np.unique(np.concatenate([
         np.linspace(-SEARCH, SEARCH, 101), found.offset + np.linspace(-_NARROW, _NARROW, 11)]))

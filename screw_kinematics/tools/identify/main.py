@@ -16,8 +16,10 @@ import sys
 import numpy as np
 
 from .payload import as_yaml, Identified, report
+from .picture import draw_payload
 from .. import console, live_recording, robot_options
 from ..check.findings import Finding, has_problem, REMARK
+from ..plot.histories import check_ending, ENDINGS
 from ...errors import ModelError, ParameterError, Reason, ToolError
 from ...messages.wrench import TYPE
 from ...pipeline.parameter_file import read_robots, robot_settings
@@ -65,12 +67,17 @@ def main(argv: Sequence[str] | None = None) -> int:
                          help='free fall in base axes [m/s^2] (default: 0 0 -9.80665)')
     payload.add_argument('--topic', default='joint_states', metavar='TOPIC',
                          help='of the joint states, without --params-file')
+    payload.add_argument('--plot', type=Path, metavar='FILE',
+                         help='draw the wrench with and without its load, into a file ending in '
+                              f'{", ".join(ENDINGS)}')
     payload.add_argument('--namespace', default='', help='of the node (default: none)')
     payload.set_defaults(find=_payload)
     return console.run(lambda arguments: int(arguments.find(arguments)), options, argv)
 
 
 def _payload(arguments: argparse.Namespace) -> int:
+    if arguments.plot is not None:
+        check_ending(arguments.plot)
     robot = _robot(arguments)
     topic = full_name(arguments.namespace, arguments.wrench)
     with live_recording.recording_of(arguments, [robot], topic) as recording:
@@ -83,6 +90,8 @@ def _payload(arguments: argparse.Namespace) -> int:
         stamps = stamps + round(1e9 * clock.offset)
     fit = fit_payload(motion, stamps, values, robot.gravity)
     found = Identified(robot, arguments.wrench, link, fit, clock)
+    if arguments.plot is not None:
+        draw_payload(arguments.plot, found)
     findings = [*damage, *report(found)]
     print(as_yaml(found, findings), end='')
     return console.FOUND_PROBLEMS if has_problem(findings) else console.OK

@@ -39,10 +39,9 @@ class Identified(NamedTuple):
 def report(found: Identified) -> Iterator[Finding]:
     """Yield how well it is known, and what would tell more."""
     fit, topic = found.fit, found.topic
-    force, torque, before, turning = (
-        float(np.linalg.norm(rms[part])) for rms in (fit.residual, fit.unloaded)
-        for part in (_FORCE, _TORQUE))
-    yield Finding(FACT, f'{topic} in {found.link}: {fit.count} wrenches of {fit.seconds:.1f} s; '
+    (force, torque), (before, turning) = fit.rms(fit.left), fit.rms(fit.unloaded)
+    seconds = float(fit.stamps[-1] - fit.stamps[0]) * 1e-9
+    yield Finding(FACT, f'{topic} in {found.link}: {fit.used.sum()} wrenches of {seconds:.1f} s; '
                         f'left are {force:.3g} N and {torque:.3g} N m; with the weight alone '
                         f'taken off {before:.3g} N and {turning:.3g} N m')
     if found.clock is not None:
@@ -55,8 +54,9 @@ def report(found: Identified) -> Iterator[Finding]:
         yield Finding(PROBLEM, f'{topic}: no rigid payload explains {100 * force / before:.0f} % '
                       'of what weight alone leaves: contact, a cable, or another link',
                       'move freely; name the link by --frame')
-    if fit.left_out > _CONTACT:
-        yield Finding(REMARK, f'{topic}: {100 * fit.left_out:.1f} % of the wrenches were left '
+    left_out = 1 - float(fit.used.mean())
+    if left_out > _CONTACT:
+        yield Finding(REMARK, f'{topic}: {100 * left_out:.1f} % of the wrenches were left '
                       'out, as if there was contact')
     if not _tells_inertia(fit):
         yield Finding(REMARK, 'the motion tells nothing of the inertia: none is taken')
@@ -122,7 +122,6 @@ def as_yaml(found: Identified, findings: Sequence[Finding]) -> str:
     return '\n'.join(lines) + '\n'
 
 
-_FORCE, _TORQUE = slice(0, 3), slice(3, 6)
 _DIAGONAL = (0, 3, 5)
 
 

@@ -4,12 +4,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from ..reference_motions import ReferenceMotion
-from ...errors import MissingExtraError, UnknownNameError
+from ...errors import MissingExtraError, ParameterError, UnknownNameError
 from ...programs.quantities import find_quantity, order_of
 from ...recordings.history import History, QUANTITIES
 from ...screws.rotations import roll_pitch_yaw
@@ -17,6 +18,8 @@ from ...screws.se3 import Array
 
 # Blue, vermilion and green that stay apart for colour-blind eyes (Okabe and Ito).
 COLOURS = ('#0072B2', '#D55E00', '#009E73')
+
+ENDINGS = ('.png', '.svg', '.pdf')
 
 
 def pyplot() -> Any:
@@ -37,6 +40,12 @@ def pyplot() -> Any:
     plt.rcParams.update({'svg.hashsalt': 'screw_kinematics',
                          'font.size': 9, 'axes.grid': True, 'grid.alpha': 0.3})
     return plt
+
+
+def check_ending(path: Path, option: str = 'plot') -> None:
+    """Raise ParameterError if a picture cannot be written into this file."""
+    if path.suffix not in ENDINGS:
+        raise ParameterError(option, str(path), f'a file ending in {", ".join(ENDINGS)}')
 
 
 def motion_history(robot: Any, motion: ReferenceMotion, time: Array, quantities: Sequence[str],

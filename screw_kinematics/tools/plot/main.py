@@ -12,7 +12,7 @@ import numpy as np
 
 from .axodes import draw_axodes
 from .figure11 import draw_figure11
-from .histories import draw_history, motion_history, pyplot
+from .histories import check_ending, draw_history, ENDINGS, motion_history, pyplot
 from .space import draw_space
 from .. import console, robot_options
 from ..reference_motions import MOTIONS
@@ -32,7 +32,6 @@ EXAMPLES = """\
   plot screws config/robots/rpr.yaml --q 0.5,0.3,-0.2 --qd 1,0.1,0.5
   plot axodes config/robots/puma560.yaml --output axodes.png
 """
-ENDINGS = ('.png', '.svg', '.pdf')
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -89,8 +88,7 @@ def _plot(arguments: argparse.Namespace) -> int:
     plt = pyplot()
     output = arguments.output
     if output is not None:
-        if output.suffix not in ENDINGS:
-            raise ParameterError('output', str(output), f'a file ending in {", ".join(ENDINGS)}')
+        check_ending(output, 'output')
         if output.exists() and not arguments.force:
             raise ToolError(f'{output} exists already; choose another output, or --force')
         plt.switch_backend('agg')
