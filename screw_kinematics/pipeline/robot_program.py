@@ -8,7 +8,11 @@ from typing import Any, Protocol
 
 from .robot_model import TipsModel
 from .settings import RobotSettings
+from ..programs.instructions import StraightLine
+from ..programs.joining import joined
+from ..programs.machine import machine
 from ..programs.moving_base import BASE_INPUTS, MovingBaseProgram
+from ..programs.program import Program
 
 Needs = tuple[tuple[str, ...], ...]
 """For each tip the outputs of its program; none if nobody listens."""
@@ -89,41 +93,48 @@ class OneTip:
 
 
 class SeveralTips:
-    """The programs of several tips, each of which takes its own joints of all."""
+    """
+    The programs of several tips, each of which takes its own joints of all.
+
+    Those of open chains are one program, in which what the tips have in common is computed once.
+    """
 
     def __init__(self, model: TipsModel, needs: Needs, settings: RobotSettings) -> None:
         self.dof = n = len(model.joint_names)
-        self.order = 0
-        self.tips: list[dict[str, slice]] = []
-        self._parts: list[tuple[Any, list[int]]] = []
-        self.moving_base = self.standing_base = False
-        moving: list[list[int]] = []
-        end = 0
-        for tip, columns, wanted, own in zip(
-                model.tips, model.columns, needs, settings.parts):
-            if not wanted:
-                self.tips.append({})
-                continue
-            program = compile_tip(tip, wanted, own)
-            self.order = max(self.order, program.order)
-            inputs = [k * n + column for k in range(program.order + 1) for column in columns]
-            self._parts.append((program, inputs))
-            if own.relative_to == 'world':
-                self.moving_base = True
-                moving.append(inputs)
+        wanted = [(k, compile_tip(tip, outputs, own), own.relative_to == 'world') for
+                  k, (tip, outputs, own) in enumerate(zip(model.tips, needs, settings.parts))
+                  if outputs]
+        self.order = max((program.order for _, program, _ in wanted), default=0)
+        self.moving_base = any(moving for *_, moving in wanted)
+        self.standing_base = not all(moving for *_, moving in wanted)
+        self.tips: list[dict[str, slice]] = [{} for _ in needs]
+        lines: list[tuple[StraightLine, list[int]]] = []
+        self._others: list[tuple[Any, list[int]]] = []
+        # Those of one program come first among the values.
+        wanted.sort(key=lambda each: type(each[1]) is not Program)
+        end, joints = 0, (self.order + 1) * n
+        for k, program, moving in wanted:
+            inputs = [d * n + column for d in range(program.order + 1)
+                      for column in model.columns[k]]
+            if moving:      # the base's motion is behind that of all joints
+                inputs += range(joints, joints + BASE_INPUTS)
+            if type(program) is Program:
+                lines.append((program.line, inputs))
             else:
-                self.standing_base = True
-            self.tips.append({name: slice(part.start + end, part.stop + end)
-                              for name, part in program.slices.items()})
+                self._others.append((program, inputs))
+            self.tips[k] = {name: slice(part.start + end, part.stop + end)
+                            for name, part in program.slices.items()}
             end += max(part.stop for part in program.slices.values())
-        for inputs in moving:       # the base's motion is behind that of all joints
-            inputs += range((self.order + 1) * n, (self.order + 1) * n + BASE_INPUTS)
+        self._joints = joints
+        self._together = machine(joined(lines, joints)).evaluate if lines else None
 
     def evaluate(self, values: Sequence[float]) -> Sequence[float]:
         """Return the outputs of all tips, one after the other."""
-        outputs: list[float] = []
-        for program, inputs in self._parts:
-            outputs += program.evaluate([values[i] for i in inputs])
+        outputs: Sequence[float] = ()
+        if self._together is not None:
+            outputs = self._together(values[:self._joints] if self.moving_base else values)
+        for program, inputs in self._others:
+            outputs = (*outputs, *program.evaluate([values[i] for i in inputs]))
         return outputs
 
     def continue_from(self, before: Any) -> None:

@@ -324,6 +324,40 @@ def test_without_the_base_what_is_relative_to_it_goes_on():
     assert pipeline.take(joint_sample(model, 3.0)) is Reason.BASE_TOO_OLD
 
 
+TWO_ARMS = '<robot name="two"><link name="base"/>' + ''.join(
+    f'<link name="{name}"/><joint name="q_{name}" type="revolute"><parent link="base"/>'
+    f'<child link="{name}"/><origin xyz="0 {y} 0.3" rpy="{y} 0 0"/><axis xyz="0 0 1"/>'
+    '<limit lower="-9" upper="9" effort="1" velocity="9"/></joint>'
+    for name, y in (('left', 0.2), ('right', -0.2), ('head', 0.0))) + '</robot>'
+
+
+@pytest.mark.parametrize('needs', [
+    (('twist', 'accel'), ('twist',), ('pose',)), (('pose',), (), ('jerk',)),
+    ((), ('twist',), ()), (('twist',), (), ())])
+def test_tips_relative_to_base_and_world_side_by_side(needs):
+    """Each is what a robot of its own would be."""
+    settings = robot_settings('two', {
+        'description': TWO_ARMS, 'tips': ['left', 'right', 'head'], 'base_motion_topic': 'odom',
+        'right.relative_to': 'base'})
+    model = build_model(settings)
+    program = compile_robot(model, needs, settings)
+    assert program.moving_base == bool(needs[0] or needs[2])
+    assert program.standing_base == bool(needs[1])
+    rng = np.random.default_rng(6)
+    motion, base = rng.normal(size=(program.order + 1, 3)), [
+        *row_of_pose(exp(rng.normal(size=6))), *rng.normal(size=24)]
+    values = program.evaluate([*motion.ravel(), *(base if program.moving_base else ())])
+    for tip, own, wanted, slices in zip(model.tips, settings.parts, needs, program.tips):
+        assert set(slices) == set(wanted)
+        if wanted:
+            alone = compile_robot(tip, (wanted,), own)
+            column = model.joint_names.index(tip.joint_names[0])
+            expected = alone.evaluate([*motion[:alone.order + 1, column],
+                                       *(base if alone.moving_base else ())])
+            for name, part in alone.tips[0].items():
+                np.testing.assert_array_equal(values[slices[name]], expected[part])
+
+
 def test_relative_to_needs_to_know_how_the_base_moves():
     with pytest.raises(ParameterError, match="'arm.relative_to' is 'world'.*base_motion_topic"):
         robot_settings('arm', {'relative_to': 'world'})
