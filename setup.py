@@ -24,6 +24,9 @@ FLAGS = ['-O3', '-g0', '-fwrapv', '-DNDEBUG', '-ffp-contract=off', '-fno-math-er
          '-fno-trapping-math']
 """Compiled and interpreted core have the same bits: no contraction, no reordering."""
 
+LINK_FLAGS = ['-Wl,-s'] if sys.platform == 'linux' else []
+"""Without symbols, which nobody looks up."""
+
 
 class BuildCore(build_ext):
     """Translates and compiles the core; where it cannot, says so in one line and goes on."""
@@ -36,13 +39,31 @@ class BuildCore(build_ext):
                   file=sys.stderr)
             self.extensions = []
             return
-        from Cython.Build import cythonize
         self.parallel = self.parallel or os.cpu_count()
-        translated = cythonize([Extension(e.name, e.sources) for e in self.extensions],
-                               build_dir=self.build_temp, quiet=True)
-        for extension, made in zip(self.extensions, translated):
-            extension.sources = made.sources
+        try:
+            self.translate(self.extensions)
+        except Exception:       # of one; the others are not to suffer
+            self.extensions = [e for e in self.extensions if self.can_translate(e)]
         super().run()
+
+    def translate(self, extensions: list[Extension]) -> None:
+        """Let the sources of modules be C."""
+        from Cython.Build import cythonize
+        translated = cythonize([Extension(e.name, e.sources) for e in extensions],
+                               build_dir=self.build_temp, quiet=True, nthreads=self.parallel,
+                               compiler_directives={'language_level': 3})
+        for extension, made in zip(extensions, translated):
+            extension.sources = made.sources
+
+    def can_translate(self, extension: Extension) -> bool:
+        """Let the source of a module be C; one that Cython refuses stays interpreted."""
+        try:
+            self.translate([extension])
+        except Exception as error:
+            print(f'{package_name}: {extension.name} will run interpreted, slower but right: '
+                  f'{error}', file=sys.stderr)
+            return False
+        return True
 
     def build_extensions(self) -> None:
         """Compile; a module that the compiler refuses stays interpreted."""
@@ -92,10 +113,9 @@ def core_modules() -> list[Extension]:
         return []
     # Further flags, such as a sanitizer's, whose library is then loaded before the program.
     flags = os.environ.get('SCREW_KINEMATICS_FLAGS', '').split()
-    return [Extension(path[:-len('.py')].replace('/', '.'), [path],
-                      extra_compile_args=FLAGS + flags)
-            for path in found(f'{package_name}/core/*.py')
-            if (here / path).with_suffix('.pxd').exists()]
+    return [Extension(path[:-len('.pxd')].replace('/', '.'), [path[:-len('.pxd')] + '.py'],
+                      extra_compile_args=FLAGS + flags, extra_link_args=LINK_FLAGS)
+            for path in found(f'{package_name}/*/*.pxd')]
 
 
 def found(pattern: str) -> list[str]:
@@ -139,7 +159,9 @@ setup(
     long_description=readme(),
     long_description_content_type='text/markdown',
     packages=find_packages(include=[package_name, f'{package_name}.*']),
-    package_data={package_name: ['py.typed'], f'{package_name}.core': ['*.pxd']},
+    package_data={package_name: ['py.typed'], **{
+        f'{package_name}.{Path(path).parent.name}': ['*.pxd']
+        for path in found(f'{package_name}/*/*.pxd')}},
     ext_modules=core_modules(),
     cmdclass={'build_ext': BuildCore, 'build_py': BuildPackage},
     data_files=[

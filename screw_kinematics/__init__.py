@@ -6,6 +6,7 @@ Twist, acceleration, jerk and jounce of manipulators by screw theory.
 The library needs NumPy only; nothing here imports ROS.
 """
 from importlib import import_module
+import os
 from typing import Any, TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -15,6 +16,9 @@ if TYPE_CHECKING:
     from .chains.serial_chain import SerialChain
     from .screws import lines, se3, states
     from .screws.body_state import BodyState
+
+if os.environ.get('SCREW_KINEMATICS_INTERPRETED'):
+    from . import core      # noqa: F401    passes over what has been compiled
 
 _HOMES = {'BodyState': 'screws.body_state', 'InverseSolver': 'chains.inverse',
           'Joint': 'chains.joint', 'Mimic': 'chains.joint', 'SerialChain': 'chains.serial_chain'}

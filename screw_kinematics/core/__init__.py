@@ -37,7 +37,10 @@ Rules that keep both ways of running the same:
    ``boundscheck`` is off.
 6. No function returns a memoryview by its annotation: Cython 3.0.8 makes a module of it that
    cannot be loaded.
-7. Classes of other modules are imported by the text and by the ``.pxd`` (``cimport``), functions
+7. Classes of the decisions in ``motion`` have a ``.pxd`` too, but nothing of Cython in their text
+   (``annotation_typing=False``): an attribute or local that the ``.pxd`` does not name is a Python
+   object, slower and right; one that other objects of the class read needs their type there.
+8. Classes of other modules are imported by the text and by the ``.pxd`` (``cimport``), functions
    of C by the text where it is interpreted only.
 """
 from __future__ import annotations
@@ -60,8 +63,8 @@ SLACK = 2.0
 
 if os.environ.get(INTERPRETED):
     # A finder that knows texts only, so that compiled modules beside them are passed over.
-    sys.path_importer_cache[__path__[0]] = FileFinder(
-        __path__[0], (SourceFileLoader, SOURCE_SUFFIXES))
+    for room in map(str, {path.parent for path in Path(__path__[0]).parent.glob('*/*.pxd')}):
+        sys.path_importer_cache[room] = FileFinder(room, (SourceFileLoader, SOURCE_SUFFIXES))
 
 
 class Build(NamedTuple):
@@ -105,17 +108,18 @@ class Build(NamedTuple):
 
 
 def build() -> Build:
-    """Return how the modules of this room run, from the files that are there."""
+    """Return how the modules that are compiled run, from the files that are there."""
     interpreted, outdated = [], []
     for text in texts():
+        name = f'{text.parent.name}.{text.stem}'
         binaries = [] if os.environ.get(INTERPRETED) else [
             path for path in map(text.with_suffix, EXTENSION_SUFFIXES) if path.exists()]
         if not binaries:
-            interpreted.append(text.stem)
+            interpreted.append(name)
         elif any(source.exists() and source.stat().st_mtime
                  > binaries[0].resolve().stat().st_mtime + SLACK
                  for source in (text, text.with_suffix('.pxd'))):
-            outdated.append(text.stem)
+            outdated.append(name)
     return Build(tuple(interpreted), tuple(outdated))
 
 
@@ -135,5 +139,6 @@ def interpreted(name: str) -> ModuleType:
 
 
 def texts() -> list[Path]:
-    """Return the files of this room that are compiled: those with types beside them."""
-    return sorted(path.with_suffix('.py') for path in Path(__file__).parent.glob('*.pxd'))
+    """Return the files of the package that are compiled: those with types beside them."""
+    package = Path(__file__).parents[1]
+    return sorted(path.with_suffix('.py') for path in package.glob('*/*.pxd'))

@@ -1,3 +1,4 @@
+# cython: annotation_typing=False
 # Copyright screw_kinematics contributors
 # SPDX-License-Identifier: Apache-2.0
 """When each reading was taken, in the time of the device that took it."""
@@ -7,7 +8,6 @@ from __future__ import annotations
 from array import array
 from collections.abc import Sequence
 from math import dist, inf, sqrt
-from typing import NamedTuple
 
 from .tick_counter import TickCounter
 from ..core.bank import Bank
@@ -56,23 +56,32 @@ WORTH_TELLING = 1e-6
 """Stamps that jitter by less are rounded, as floats of seconds since 1970 are, s."""
 
 
-class Placed(NamedTuple):
-    """Where a message is in the device's time."""
+class Placed:
+    """
+    Where a message is in the device's time.
 
-    time: float | None
-    """When its reading was taken, s; None for a reading that was there before."""
+    Attributes
+    ----------
+    time : float or None
+        When its reading was taken, s; None for a reading that was there before.
+    instant : float
+        The device's time at the message's stamp, s.
+    rate : float
+        Seconds of the stamps' clock in a second of the device's.
+    age : float
+        How long before the message's stamp the latest reading was first sent, s.
+    replay : list of (float, array) or None
+        The latest readings and their times, where these have turned out otherwise.
 
-    instant: float
-    """The device's time at the message's stamp, s."""
+    """
 
-    rate: float
-    """Seconds of the stamps' clock in a second of the device's."""
-
-    age: float
-    """How long before the message's stamp the latest reading was first sent, s."""
-
-    replay: list[tuple[float, array[float]]] | None
-    """The latest readings and their times, where these have turned out otherwise."""
+    def __init__(self, time: float | None, instant: float, rate: float, age: float,
+                 replay: list[tuple[float, array[float]]] | None) -> None:
+        self.time = time
+        self.instant = instant
+        self.rate = rate
+        self.age = age
+        self.replay = replay
 
 
 class DeviceClock:
@@ -238,8 +247,9 @@ class DeviceClock:
         elif regular:
             paced = True
             by_joints = told and (near < FAR or abs(x - d) < 0.35 and near > d + 1)
-            onward = span if not by_joints else min(
-                d * unit, span, key=lambda time: abs(time - x * unit))
+            onward = span
+            if by_joints and abs(d * unit - x * unit) <= abs(span - x * unit):
+                onward = d * unit
         elif told:
             onward = d * unit + self.share * min(max(x - d, -0.2), 0.2) * unit
         else:

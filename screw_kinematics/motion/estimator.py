@@ -1,3 +1,4 @@
+# cython: annotation_typing=False
 # Copyright screw_kinematics contributors
 # SPDX-License-Identifier: Apache-2.0
 """The default estimator: device clock, self-tuning bank, and an optional honest delay."""
@@ -8,6 +9,7 @@ from array import array
 from collections.abc import Iterable, Sequence
 from functools import partial
 from math import inf
+from typing import Any
 
 from .admission import Admission
 from .device_clock import DeviceClock, Placed, UNFORESEEN
@@ -79,7 +81,11 @@ class MotionEstimator(JointEstimator):
         regularise: bool = True, max_gap: float = 0.25, max_back: float = 0.5,
         max_velocity: float | Sequence[float] = 20.0, max_jump: float = 0.02, patience: int = 5,
         back_patience: int = 20, continuous: Sequence[bool] | None = None, min_samples: int = 8,
+        **unknown: Any,
     ) -> None:
+        if unknown:     # compiled classes do not say whose argument it is
+            raise TypeError('MotionEstimator.__init__() got an unexpected keyword argument '
+                            f'{next(iter(unknown))!r}')
         super().__init__(n_joints, delay, Admission(
             n_joints, max_gap=max_gap, max_back=max_back, max_velocity=max_velocity,
             max_jump=max_jump, patience=patience, back_patience=back_patience,
@@ -183,7 +189,7 @@ class MotionEstimator(JointEstimator):
         admission, clock, bank = self._admission, self._clock, self._bank
         admission.period = clock.period
         dt = admission.admit(self._unset(stamp, position), position)
-        if isinstance(dt, Reason):
+        if not isinstance(dt, float):
             return dt
         position = admission.position
         if dt == 0.0:
@@ -222,9 +228,10 @@ class MotionEstimator(JointEstimator):
 
     def _take(self, stamp: float, position: array[float],
               velocity: array[float] | None) -> JointMotion | Reason:
-        placed = self.place(stamp, position, velocity)
-        if isinstance(placed, Reason):
-            return placed
+        outcome = self.place(stamp, position, velocity)
+        if not isinstance(outcome, Placed):
+            return outcome
+        placed = outcome
         if placed.age > LONGEST_AGE and placed.age > PERIODS * self._clock.period:
             return self._admission.refuse(Reason.NO_NEW_READING)
         bank, wanted = self._bank, self.covariance_wanted

@@ -1,10 +1,10 @@
+# cython: annotation_typing=False
 # Copyright screw_kinematics contributors
 # SPDX-License-Identifier: Apache-2.0
 """What all estimators share: which samples are taken, and how they are told the result."""
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from array import array
 from collections.abc import Iterable, Mapping, Sequence
 from math import hypot, nan
@@ -26,7 +26,7 @@ LARGEST_VELOCITY = 1e6
 """Velocities beyond this (rad/s or m/s) count as not measured."""
 
 
-class JointEstimator(ABC):
+class JointEstimator:
     """
     Base of the estimators: admits samples, restarts where needed, accounts for each sample.
 
@@ -78,11 +78,11 @@ class JointEstimator(ABC):
         """
         outcome = self._take(float(stamp), _row(position),
                              None if velocity is None else _row(velocity))
-        if isinstance(outcome, Reason):
-            self.reason = outcome
-            return None
-        self.reason = None
-        return outcome
+        if isinstance(outcome, JointMotion):
+            self.reason = None
+            return outcome
+        self.reason = outcome
+        return None
 
     def step(self, stamp_ns: int, position: Sequence[float],
              velocity: Sequence[float] | None = None) -> JointMotion | Reason:
@@ -110,11 +110,11 @@ class JointEstimator(ABC):
             self._epoch_ns, since = stamp_ns, 0
         outcome = self._take(since * 1e-9, self._in_a_row(position),
                              None if velocity is None else self._in_a_row(velocity))
-        if isinstance(outcome, Reason):
-            self.reason = outcome
-        else:
+        if isinstance(outcome, JointMotion):
             self.reason = None
             outcome.stamp_ns = stamp_ns - self._delay_ns
+        else:
+            self.reason = outcome
         return outcome
 
     def reset(self) -> None:
@@ -158,10 +158,10 @@ class JointEstimator(ABC):
         return [f'pauses of up to {admission.longest_gap:.3g} s, longer than max_gap '
                 f'{admission.max_gap:g} s: begun anew {times(admission.restarts["gap"])}']
 
-    @abstractmethod
     def _take(self, stamp: float, position: array[float],
               velocity: array[float] | None) -> JointMotion | Reason:
         """Take one sample, stamp in s."""
+        raise NotImplementedError
 
     def _in_a_row(self, values: Sequence[float]) -> array[float]:
         """Return numbers as an array, by way of bytes: so it is made in a third of the time."""

@@ -1,3 +1,4 @@
+# cython: annotation_typing=False
 # Copyright screw_kinematics contributors
 # SPDX-License-Identifier: Apache-2.0
 """How many ticks of the device have passed, and where the stamps' clock has them."""
@@ -106,21 +107,21 @@ class TickCounter:
                 and -early < lateness - period < 2 * behind and self.usual()):
             return 1
         near = round(lateness / period)
-        candidates = {1, near, near - 1, near + 1}
-        if foreseen < 1.0:
-            by_joints = round(x)
-            candidates |= {by_joints, by_joints - 1, by_joints + 1}
+        by_joints = round(x) if foreseen < 1.0 else near
+        lowest, highest = min(near, by_joints, 2) - 1, max(near, by_joints, 0) + 1
         best, found = inf, 1
-        for d in sorted(candidates):
-            if d < 0 or d > MOST_TICKS or (d == 0 and not same):
+        for d in range(max(lowest, 0 if same else 1), min(highest, MOST_TICKS) + 1):
+            if abs(d - near) > 1 and abs(d - by_joints) > 1 and d != 1:
                 continue
             late = lateness - d * period
             if late > 0.0:
                 cost = min(late / behind, 8.0)
             else:       # a reader's stamps may all be late by as much as a tick
-                cost = min(0.5 * (late / early)**2, 6.0 if late > -1.2 * period else 20.0)
-            off = (x - d)**2
-            cost += min(0.5 * off / foreseen**2, 5.0 + 0.5 * off / unforeseen**2, WRONG)
+                cost = late / early
+                cost = min(0.5 * cost * cost, 6.0 if late > -1.2 * period else 20.0)
+            off = (x - d) * (x - d)
+            cost += min(0.5 * off / (foreseen * foreseen),
+                        5.0 + 0.5 * off / (unforeseen * unforeseen), WRONG)
             cost -= log(max(self.often.get(d, 0.0) / self.total, 0.005))
             if cost < best - 1e-9:
                 best, found = cost, d

@@ -14,12 +14,14 @@ from screw_kinematics import core
 @pytest.fixture
 def room(tmp_path, monkeypatch):
     """Return a folder in the place of the core, with one module compiled just now."""
-    for name in ('__init__.py', 'uncompiled.py', 'loops.py', 'loops.pxd',
+    room = tmp_path / 'core'
+    room.mkdir()
+    for name in ('__init__.py', 'tables.py', 'loops.py', 'loops.pxd',
                  f'loops{EXTENSION_SUFFIXES[0]}'):
-        (tmp_path / name).touch()
-    monkeypatch.setattr(core, '__file__', str(tmp_path / '__init__.py'))
+        (room / name).touch()
+    monkeypatch.setattr(core, '__file__', str(room / '__init__.py'))
     monkeypatch.delenv(core.INTERPRETED, raising=False)
-    return tmp_path
+    return room
 
 
 def test_a_compiled_room_says_so(room):
@@ -29,7 +31,7 @@ def test_a_compiled_room_says_so(room):
 
 def test_without_binaries_the_texts_run(room):
     (room / f'loops{EXTENSION_SUFFIXES[0]}').unlink()
-    assert core.build() == core.Build(('loops',), ())
+    assert core.build() == core.Build(('core.loops',), ())
     assert core.build().state == 'interpreted' and 'C compiler' in str(core.build())
 
 
@@ -39,8 +41,8 @@ def test_an_edited_text_is_noticed(room, name):
     text.touch()
     later = text.stat().st_mtime + 60
     os.utime(text, (later, later))
-    assert core.build() == core.Build((), ('loops',))
-    assert str(core.build()).startswith('the core is outdated (loops changed')
+    assert core.build() == core.Build((), ('core.loops',))
+    assert str(core.build()).startswith('the core is outdated (core.loops changed')
 
 
 @pytest.mark.parametrize('module', ['node.main', 'tools.check.main'])
@@ -53,13 +55,13 @@ def test_the_version_says_it_too(module):
 
 
 def test_the_environment_chooses_the_texts():
-    """Whatever has been compiled, with the variable set the modules of the room are texts."""
+    """Whatever has been compiled, with the variable set all modules are texts."""
     code = ('from importlib import import_module\n'
             'from screw_kinematics import core\n'
-            'names = [text.stem for text in core.texts()]\n'
+            'names = [f"{text.parent.name}.{text.stem}" for text in core.texts()]\n'
             'assert core.build().interpreted == tuple(names)\n'
             'for name in names:\n'
-            '    module = import_module(f"screw_kinematics.core.{name}")\n'
+            '    module = import_module(f"screw_kinematics.{name}")\n'
             '    assert module.__file__.endswith(".py"), module.__file__\n')
     root = Path(core.__file__).parents[2]
     subprocess.run([sys.executable, '-c', code], check=True,

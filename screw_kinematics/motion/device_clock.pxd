@@ -1,0 +1,43 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+cimport cython
+
+from .tick_counter cimport TickCounter
+from ..core.bank cimport Bank
+from ..core.period_search cimport PeriodSearch
+from ..core.readings cimport Readings
+
+cdef double JITTER, ADOPT, REGULAR, NOTHING, HELD_MOST, STEPS_SEEN, WORTH_TELLING
+cdef long WINDOW, BLOCK, FIRST, FAR, FEW
+
+
+@cython.final
+cdef class Placed:
+    cdef readonly object time, replay
+    cdef readonly double instant, rate, age
+
+
+@cython.final
+cdef class DeviceClock:
+    cdef dict __dict__
+    cdef public TickCounter ticks
+    cdef public double unit, share, hold
+    cdef public bint proven
+    cdef public long held, fresh, lost
+    cdef Readings _readings
+    cdef PeriodSearch _periods
+    cdef object _agreed, _position, _foreseen, _moved, _steps
+    cdef list _stamps, _squares
+    cdef double _last, _time, _tick, _deviation, _ahead, _ratio, _patience, _due, _wrong, _quantum
+    cdef long _new, _rest, _told, _contrary, _same, _blocks
+    cdef bint _lossy, _standing
+
+    cpdef start(self, double stamp, object position, DeviceClock known=*)
+    @cython.locals(
+        same=bint, ticks=TickCounter, period=double, unit=double, x=double, foreseen=double,
+        unforeseen=double, length=double, usual=double, near=long, span=double, told=bint,
+        age=double, d=long, off=double, step=double, agree=bint, before=bint, late=double,
+        regular=bint, paced=bint, by_joints=bint, onward=double)
+    cpdef Placed update(self, double stamp, object position, Bank bank)
+    @cython.locals(age=double)
+    cdef Placed _begin(self, double stamp, object position, bint same)

@@ -1,0 +1,18 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+from .admission cimport Admission
+from .joint_motion cimport JointMotion
+
+
+cdef class JointEstimator:
+    cdef dict __dict__
+    cdef public long n_joints, min_samples
+    cdef public double delay
+    cdef public object reason
+    cdef public Admission _admission
+    cdef object _delay_ns, _epoch_ns, _pack
+
+    cpdef object step(self, object stamp_ns, object position, object velocity=*)
+    cpdef object _take(self, double stamp, object position, object velocity)
+    cpdef object _in_a_row(self, object values)
+    cpdef object _measured(self, object velocity)

@@ -1,0 +1,36 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+cimport cython
+
+from ..core.robust_line cimport Line
+
+cdef double LONGEST, WRONG
+cdef long PAIRS, LATE, MOST_TICKS
+
+
+@cython.final
+cdef class TickCounter:
+    cdef dict __dict__
+    cdef public double phase, period, tick, deviation, behind, early, lean, sets, shift, total
+    cdef public long count
+    cdef public Line line
+    cdef public dict often
+    cdef double _weight, _before
+    cdef long _stride, _due
+    cdef object _recent
+
+    @cython.locals(counter=TickCounter)
+    cpdef TickCounter fresh(self, double stamp)
+    cpdef bint usual(self)
+    @cython.locals(lateness=double, behind=double, early=double, late=double, cost=double,
+                   best=double, off=double, d=long, near=long, by_joints=long, found=long,
+                   lowest=long, highest=long)
+    cpdef long number(self, double stamp, double x, double foreseen, double unforeseen,
+                      bint same) except -1
+    cpdef go_on_as(self, TickCounter other)
+    cpdef note(self, long d)
+    @cython.locals(period=double, late=double, gain=double, most=double, wobble=double,
+                   shift=double)
+    cpdef double advance(self, long d, double stamp, bint sure) except? -1e300
+    @cython.locals(tolerance=double, least=double)
+    cdef double _set_by(self, double late) except? -1e300
