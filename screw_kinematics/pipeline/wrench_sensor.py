@@ -90,6 +90,15 @@ class WrenchSensor:
         """Return the wrench at an instant, or why there is none: it is awaited, or never comes."""
         return self._stream.at(stamp_ns)
 
+    def findings(self) -> list[str]:
+        """Return what is to be said of a recorded sensor."""
+        topic, refused = self.settings.wrench_topic, self.account.refused
+        found = [f'{topic}: {n} wrenches refused: {reason}' for reason, n in refused.items()]
+        if self.left_out:
+            found.append(f'{topic}: no wrench was measured around {self.left_out.total()} of the '
+                         'instants of the joints; do their clocks agree?')
+        return found
+
     def _refusal(self, sample: WrenchSample) -> tuple[Reason | None, str]:
         if sample.stamp_ns < 0:
             return Reason.STAMP_NEGATIVE, ''

@@ -79,7 +79,10 @@ class BagWriter:
             state = State(stamp, values, Motion(stamp, moving, unsure), robot.order, base)
             for connection, writer in self._topics[name]:
                 message = writer.encode(state)
-                if not isinstance(message, Reason):
+                if isinstance(message, Reason):
+                    assert robot.sensor is not None
+                    robot.sensor.left_out[message] += 1
+                else:
                     # Played back together with the recording, states come when the samples come.
                     self._writer.write(connection, received, message)
 

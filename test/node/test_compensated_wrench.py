@@ -95,6 +95,22 @@ def test_compensated_wrench(context, tmp_path):
         assert int(rig.status('arm')[2]['ft/wrench refused frame_not_fixed_to_tip']) > 0
 
 
+def test_a_tip_has_a_sensor_of_its_own(context, tmp_path):
+    arm_settings = dict(PARAMETERS['arm'])
+    own = {key: arm_settings.pop(key) for key in ('wrench_topic', 'wrench_bias', 'payload')}
+    del arm_settings['tip_frame']
+    parameters = {**PARAMETERS, 'arm': {
+        **arm_settings, 'outputs': ['twist'], 'tips': ['wrist_1_link', arm.FRAME],
+        arm.FRAME: {**own, 'outputs': ['compensated_wrench']}}}
+    with running(context, tmp_path, parameters) as rig:
+        motion = Motion(rig)
+        got = rig.listen(f'arm/{arm.FRAME}/compensated_wrench', WrenchStamped)
+        motion.play(lambda: len(got) > 250)
+        left = np.array([values_of(m) for m in got[100:250]])
+        assert np.sqrt((left[:, :3]**2).sum(axis=1).mean()) < 0.4
+        assert {m.header.frame_id for m in got} == {arm.FRAME}
+
+
 def test_without_a_sensor_one_line_says_so(context, tmp_path):
     with running(context, tmp_path, PARAMETERS) as rig:
         rig.listen('arm/compensated_wrench', WrenchStamped)
