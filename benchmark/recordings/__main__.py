@@ -3,8 +3,10 @@
 """
 Measure the tool bag on many recordings: rate by processes, memory, restart, reading alone.
 
-Run ``python -m benchmark.recordings --recordings 200 --samples 30000`` on an idle machine; as it
-is, it takes some minutes.
+Seven joints, all formats mixed, three recordings cut off. As it is, it takes half an hour and
+needs an idle machine; --recordings 40 and --long 200000 give nearly the same rates in minutes.
+Of each run: the rate, the samples in a second of processor time, how many seconds processes that
+could have worked waited for a processor, each, and the memory of the largest of them.
 """
 from __future__ import annotations
 
@@ -13,7 +15,6 @@ from collections.abc import Sequence
 import os
 from pathlib import Path
 import re
-import resource
 import shutil
 import signal
 import subprocess
@@ -21,6 +22,10 @@ import sys
 import tempfile
 import time
 
+from rich.console import Console
+from rich.progress import Progress, track
+
+from .processes import Family
 from .recordings import damage, FORMATS, JOINTS, write
 from screw_kinematics.recordings.joint_table import TableFormat
 from screw_kinematics.recordings.recording import Recording
@@ -29,45 +34,50 @@ from screw_kinematics.recordings.sources import opened
 MODEL = 'package://screw_kinematics/config/robots/panda.yaml'
 DAMAGED = 3
 KINDS = dict.fromkeys(JOINTS, 'revolute')
+_ERRORS = Console(stderr=True)
 
 
 def main(argv: Sequence[str] | None = None) -> None:
     """Run the benchmark."""
     options = argparse.ArgumentParser(prog='python -m benchmark.recordings', description=__doc__,
                                       formatter_class=argparse.RawDescriptionHelpFormatter)
-    options.add_argument('--recordings', type=int, default=24)
-    options.add_argument('--samples', type=int, default=10_000, help='of each')
-    options.add_argument('--long', type=int, default=200_000, help='samples of one long recording')
+    options.add_argument('--recordings', type=int, default=200)
+    options.add_argument('--samples', type=int, default=30_000, help='of each')
+    options.add_argument('--long', type=int, default=2_000_000,
+                         help='samples of one long recording; 0: none')
     options.add_argument('--processes', default='1,2', help='numbers to compare')
     arguments = options.parse_args(argv)
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name, 'recordings')
         folder.mkdir()
-        made = [write(folder, k, arguments.samples, FORMATS[k % len(FORMATS)])
-                for k in range(arguments.recordings)]
+        made = [write(folder, k, arguments.samples, FORMATS[k % len(FORMATS)]) for k in track(
+            range(arguments.recordings), 'writing recordings', console=_ERRORS)]
+        _reading(made[-len(FORMATS):], arguments.samples)
         for path in made[:DAMAGED]:
             damage(path)
-        _reading(made[len(made) - len(FORMATS):], arguments.samples)
-        for count in map(int, arguments.processes.split(',')):
-            _rate(folder, Path(name, f'states{count}'), count)
-        _restart(folder, Path(name, 'restarted'))
-        long = write(Path(name), 9999, arguments.long, 'mcap')
-        for count in map(int, arguments.processes.split(',')):
-            _rate(long, Path(name, f'long{count}'), count)
+        counts = [int(count) for count in arguments.processes.split(',')]
+        _compare(folder, Path(name), counts)
+        _restart(folder, Path(name, 'restarted'), len(made), counts[-1])
+        if arguments.long:
+            long = Path(name, 'long')
+            long.mkdir()
+            write(long, 9999, arguments.long, 'mcap')
+            _compare(long, Path(name, 'of_long'), counts)
 
 
 def _reading(paths: Sequence[Path], samples: int) -> None:
     """Print how fast each format is read and decoded."""
     print(f'{"reading alone":<24}{"samples/s":>12}{"MB/s":>8}')
-    for path, form in zip(paths, FORMATS):
+    for path in paths:
         begin = time.process_time()
         with opened(str(path), TableFormat()) as recording:
             count = sum(1 for _ in (
                 recording.samples({'/joint_states'}) if isinstance(recording, Recording)
                 else recording.samples(KINDS)))
         seconds = time.process_time() - begin
-        files = path.rglob('*') if path.is_dir() else [path]
+        files = list(path.rglob('*')) if path.is_dir() else [path]
         size = sum(file.stat().st_size for file in files)
+        form = FORMATS[int(re.findall(r'\d+', path.name)[0]) % len(FORMATS)]
         print(f'{form:<24}{count / seconds:>12,.0f}{size / seconds / 1e6:>8.1f}')
         assert count == samples
 
@@ -79,68 +89,62 @@ def _start(folder: Path, output: Path, processes: int) -> subprocess.Popen[str]:
         stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, start_new_session=True)
 
 
-def _rate(folder: Path, output: Path, processes: int) -> None:
+def _compare(folder: Path, outputs: Path, counts: Sequence[int]) -> None:
+    """Print the rate of whole runs with some numbers of processes, and what they need."""
+    rates = [_rate(folder, outputs / f'states{count}', count) for count in counts]
+    print(f'{folder.name}: {counts[-1]} processes have {rates[-1] / rates[0]:.2f} times the rate '
+          f'of {counts[0]}')
+
+
+def _rate(folder: Path, output: Path, processes: int) -> float:
     """Print the rate of a whole run, its processor time, and the largest process."""
-    begin, busy = time.monotonic(), _processor()
+    begin = time.monotonic()
     running = _start(folder, output, processes)
-    largest = 0.0
-    while running.poll() is None:
-        largest = max(largest, *map(_memory, _family(running.pid)))
-        time.sleep(0.2)
+    family = Family(running.pid)
+    _watch(running, output, len(list(folder.iterdir())), family)
     seconds = time.monotonic() - begin
     text = running.stdout.read() if running.stdout else ''
     samples = int(re.findall(r'^\d+ recordings +(\d+)', text, re.MULTILINE)[-1])
     print(f'{folder.name}, {processes} processes: {samples} samples in {seconds:.1f} s, '
-          f'{samples / seconds:,.0f} samples/s; {samples / (_processor() - busy):,.0f} in a '
-          f'second of processor time; largest process {largest:.0f} MiB')
+          f'{samples / seconds:,.0f} samples/s; {samples / family.busy:,.0f} in a second of '
+          f'processor time; waited {family.waited / processes:.1f} s each; largest process '
+          f'{family.largest:.0f} MiB', flush=True)
+    return samples / seconds
 
 
-def _restart(folder: Path, output: Path) -> None:
+def _watch(running: subprocess.Popen[str], output: Path, whole: int, family: Family,
+           until: int = sys.maxsize) -> int:
+    """Show a bar while a run lasts, or until so many recordings are done; return how many are."""
+    with Progress(console=_ERRORS, transient=True) as progress:
+        bar = progress.add_task(output.name, total=whole)
+        while running.poll() is None:
+            family.look()
+            done = len(list(output.glob('_done/*.json')))
+            progress.update(bar, completed=done)
+            if done >= until:
+                break
+            time.sleep(0.2)
+    return len(list(output.glob('_done/*.json')))
+
+
+def _restart(folder: Path, output: Path, whole: int, processes: int) -> None:
     """Interrupt a run in its middle; print what the next one still had to do."""
-    running = _start(folder, output, 2)
-    whole = len(list(folder.iterdir()))
-    while len(list(output.glob('_done/*.json'))) < whole // 2 and running.poll() is None:
-        time.sleep(0.1)
+    running = _start(folder, output, processes)
+    _watch(running, output, whole, Family(running.pid), whole // 2)
     os.killpg(running.pid, signal.SIGKILL)
     running.wait()
-    done = len(list(output.glob('_done/*.json')))
+    done = {file: file.stat().st_mtime_ns for file in output.glob('_done/*.json')}
     begin = time.monotonic()
-    text = _start(folder, output, 2).communicate()[0]
+    running = _start(folder, output, processes)
+    _watch(running, output, whole, Family(running.pid))
+    text = running.stdout.read() if running.stdout else ''
     again = re.search(r'(\d+) of \d+ recordings are done and unchanged', text)
-    print(f'killed when {done} of {whole} were done; the next run found '
-          f'{again[1] if again else 0} done and took {time.monotonic() - begin:.1f} s')
+    now = {file: file.stat().st_mtime_ns for file in output.glob('_done/*.json')}
+    print(f'killed when {len(done)} of {whole} were done; the next run found '
+          f'{again[1] if again else 0} done, made {sum(now[f] != done.get(f) for f in now)} and '
+          f'took {time.monotonic() - begin:.1f} s', flush=True)
     assert not list(output.glob('.*')), 'something unfinished was left'
     shutil.rmtree(output)
-
-
-def _processor() -> float:
-    """Return the processor time of all processes that were started and have ended [s]."""
-    used = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return used.ru_utime + used.ru_stime
-
-
-def _family(pid: int) -> list[int]:
-    """Return a process and those that descend from it."""
-    children: dict[int, list[int]] = {}
-    for status in Path('/proc').glob('[0-9]*/stat'):
-        try:
-            parent = int(status.read_text().rpartition(')')[2].split()[1])
-        except (OSError, ValueError, IndexError):
-            continue
-        children.setdefault(parent, []).append(int(status.parent.name))
-    family = [pid]
-    for member in family:
-        family.extend(children.get(member, []))
-    return family
-
-
-def _memory(pid: int) -> float:
-    """Return how much memory a process needed so far [MiB]."""
-    try:
-        found = re.search(r'VmHWM:\s+(\d+)', Path(f'/proc/{pid}/status').read_text())
-    except OSError:
-        return 0.0
-    return int(found[1]) / 1024 if found else 0.0
 
 
 if __name__ == '__main__':
