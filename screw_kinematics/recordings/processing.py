@@ -17,7 +17,7 @@ from .joint_table import JointTable, TableFormat
 from .recording import full_name, Recording
 from .sources import opened, Source
 from .states import recorded_robot, RecordedRobot, Run, StateBlock
-from .summary import MotionSummary, Summarizer
+from .summary import CLASSES, class_of, MotionSummary, Summarizer
 from .unfinished import Unfinished
 from .writers import BagWriter, DataSetWriter, StateWriter, TablesWriter, values_of
 from ..errors import Reason, ScrewKinematicsError
@@ -26,6 +26,8 @@ from ..pipeline.settings import RobotSettings
 
 FORMS = ('mcap', 'sqlite3', 'csv', 'parquet', 'dataset')
 """A bag of ROS 2 in either storage, a table for each robot, or parts of a Parquet data set."""
+
+_KNOWN = 3.0    # times the usual acceleration: what is less certain is not known
 
 
 @dataclass(frozen=True)
@@ -107,6 +109,9 @@ class RobotOutcome:
     accuracy, signal : float
         RMS of the accelerations' expected errors, and of the accelerations, over the joints
         [rad/s^2, m/s^2]; NaN where they are not estimated.
+    unknown : int
+        States that are left out of both: next to nothing is known of their accelerations, as
+        where slow samples begin and end.
     summary : MotionSummary or None
     findings : list of str
         What is odd about the samples.
@@ -128,6 +133,7 @@ class RobotOutcome:
     longest_pause: float = 0.0
     accuracy: float = float('nan')
     signal: float = float('nan')
+    unknown: int = 0
     summary: MotionSummary | None = None
     findings: list[str] = field(default_factory=list)
     comparison: str = ''
@@ -285,20 +291,27 @@ class _Accuracy:
     """How wrong the joints' accelerations are expected to be, and how large they are."""
 
     def __init__(self) -> None:
-        self._count, self._variance, self._square = 0, 0.0, 0.0
+        # By classes of the expected error: states, and sums of its square and of the signal's.
+        self._sums = np.zeros((3, CLASSES))
 
     def add(self, block: StateBlock) -> None:
         if len(block.motion) > 2:
             variance = block.variances[2].mean(axis=1)
             known = np.isfinite(variance)
-            self._count += int(known.sum())
-            self._variance += float(variance[known].sum())
-            self._square += float((block.motion[2][known]**2).mean(axis=1).sum())
+            variance, square = variance[known], (block.motion[2][known]**2).mean(axis=1)
+            classes = class_of(np.sqrt(variance))
+            for i, weights in enumerate((np.ones(len(classes)), variance, square)):
+                self._sums[i] += np.bincount(classes, weights, CLASSES)
 
-    def result(self) -> tuple[float, float]:
-        if not self._count:
-            return float('nan'), float('nan')
-        return ((self._variance / self._count)**0.5, (self._square / self._count)**0.5)
+    def result(self) -> tuple[float, float, int]:
+        count, error, square = np.cumsum(self._sums, axis=1)
+        if not count[-1]:
+            return float('nan'), float('nan'), 0
+        # Classes of states that tell something, but at least the better half of all.
+        known = np.flatnonzero(self._sums[1] * count < _KNOWN**2 * square * self._sums[0])
+        last = max([*known[-1:], np.searchsorted(count, 0.5 * count[-1])])
+        return (float(np.sqrt(error[last] / count[last])),
+                float(np.sqrt(square[last] / count[last])), int(count[-1] - count[last]))
 
 
 def explanation(robot: RobotOutcome, settings: RobotSettings) -> str:

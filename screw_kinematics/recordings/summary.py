@@ -18,6 +18,8 @@ EDGES = np.logspace(-5, 4, 361)
 NEAR_SINGULAR = 0.05
 """Ratio of the least to the greatest singular value of the Jacobian; lengths by the arm's size."""
 
+CLASSES = len(EDGES) - 1
+
 _SINGULAR_PERIOD = 50_000_000      # so often the Jacobian is looked at [ns]
 _POINTS = 500                      # of a path and of a history
 _SLOW = 0.01                       # [m/s]: below, there is nothing to stop
@@ -50,9 +52,9 @@ class MotionSummary:
     """
 
     seconds: float = 0.0
-    speed: Any = field(default_factory=lambda: np.zeros(len(EDGES) - 1))
-    turning: Any = field(default_factory=lambda: np.zeros(len(EDGES) - 1))
-    acceleration: Any = field(default_factory=lambda: np.zeros(len(EDGES) - 1))
+    speed: Any = field(default_factory=lambda: np.zeros(CLASSES))
+    turning: Any = field(default_factory=lambda: np.zeros(CLASSES))
+    acceleration: Any = field(default_factory=lambda: np.zeros(CLASSES))
     peaks: dict[str, tuple[float, int]] = field(default_factory=dict)
     low: Any = field(default_factory=lambda: np.full(3, np.inf))
     high: Any = field(default_factory=lambda: np.full(3, -np.inf))
@@ -126,8 +128,7 @@ class Summarizer:
         found.seconds += float(steps.sum())
         for name, values in (('speed', speed), ('turning', turning),
                              ('acceleration', acceleration)):
-            getattr(found, name)[:] += np.histogram(
-                np.clip(values, EDGES[0], EDGES[-1]), EDGES, weights=steps)[0]
+            getattr(found, name)[:] += np.bincount(class_of(values), steps, CLASSES)
             at = int(values.argmax())
             peak = float(values[at]), int(stamps[at])
             found.peaks[name] = max(found.peaks.get(name, peak), peak, key=lambda p: p[0])
@@ -189,6 +190,11 @@ class Summarizer:
             near = values[:, self._rank - 1] < NEAR_SINGULAR * values[:, 0]
             each = max(_SINGULAR_PERIOD * 1e-9, period)
             self.summary.near_singular += float(near.sum()) * each
+
+
+def class_of(values: Array) -> Array:
+    """Return the class of each value; those beyond the bounds are of the first or the last."""
+    return np.clip(np.searchsorted(EDGES, values, side='right') - 1, 0, CLASSES - 1)
 
 
 def _size_and_rank(chain: SerialChain) -> tuple[float, int]:

@@ -145,6 +145,26 @@ def test_unusable_samples_are_counted(tmp_path, capsys):
         assert reason in out
 
 
+def test_the_accuracy_told_is_not_that_of_the_first_instants(tmp_path, capsys):
+    """Of slow samples the ends of a run are hardly known; what is told is of all the others."""
+    def messages():
+        for k in range(60):
+            stamp = rec.START + round(k / 3 * 1e9)
+            q = 0.5 * np.sin(0.5 * k / 3 + np.arange(6))
+            yield '/joint_states', rec.JOINT_STATE, stamp, rec.joint_state(
+                stamp, rec.PUMA.joint_names, np.round(q / rec.QUANTUM) * rec.QUANTUM)
+    path = rec.write_bag(tmp_path / 'run', messages())
+    parameters = tmp_path / 'parameters.yaml'
+    parameters.write_text(
+        f'/**: {{ros__parameters: {{robots: [arm], arm: {{description: {PUMA}, '
+        'estimator: {max_gap: 1.0}}}}')
+    assert bag.main([str(path), '--params-file', str(parameters), '--output',
+                     str(tmp_path / 'x.csv')]) == 0
+    out = capsys.readouterr().out
+    told = re.search(r'right to ([\d.e+-]+) rad/s2 \(([\d.]+) %\)', out)
+    assert told and float(told[1]) < 0.1, out
+
+
 def test_the_model_may_be_in_the_recording(tmp_path):
     urdf = """<robot name="arm"><link name="a"/><link name="b"/>
       <joint name="q1" type="revolute"><parent link="a"/><child link="b"/>

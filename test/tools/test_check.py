@@ -144,9 +144,9 @@ def noisy(k, sample):
 
 @pytest.mark.parametrize('change, code, message', [
     (sent_twice, 0, r'remark .*: 3 positions repeat the one before while the robot moves\n'
-                    r' +-> .*estimator.delay: 0.02'),
+                    r' +-> .*let the driver send each once'),
     (held, 0, r'remark .*: positions change 50.0 times a second only, though messages come 200.0 '
-              r'times.*\n +-> .*estimator.delay: 0.05'),
+              r'times.*\n +-> readings are held: let the driver send each once'),
     (stands_still, 0, r'remark .*: 12 positions repeat .*; the longest for 60 ms'),
     (in_degrees, 1, r'problem .*: q1 \(revolute\) reaches [\d.]+ rad, [\d.]+ turns\n'
                     r' +-> are these degrees\?: positions must be in rad'),
@@ -225,6 +225,14 @@ def test_a_glitch_is_no_second_publisher(tmp_path, capsys):
 
     _, out = run(tmp_path, capsys, change=glitch)
     assert 'two publishers' not in out
+
+
+@pytest.mark.parametrize('change', [sent_twice, held, stands_still, noisy])
+def test_one_delay_is_advised(tmp_path, capsys, change):
+    _, out = run(tmp_path, capsys, change=change, count=1200)
+    advised = re.findall(r'(?:set|such as|recommended:) estimator\.delay: ([\d.]+)', out)
+    assert len(advised) == 1 or 'no delay helps' in out and not advised, out
+    assert set(re.findall(r'-> .*estimator\.delay: ([\d.]+)', out)) <= {*advised, '0'}
 
 
 def test_ordinary_encoders_are_not_said_to_repeat(tmp_path, capsys):

@@ -87,7 +87,7 @@ def print_single(outcome: Outcome, task: Task) -> None:
             print(f'{robot.name}: {finding}')
         if _accuracy(robot):
             print(f'{robot.name}: accelerations of the joints are expected to be right to '
-                  f'{_accuracy(robot)}')
+                  f'{_accuracy(robot)}{_unknown(robot)}')
     for robot in outcome.robots:
         if robot.comparison:
             print(robot.comparison)
@@ -156,4 +156,11 @@ def _accuracy(robot: RobotOutcome) -> str:
     if not robot.accuracy > 0:
         return ''
     share = 100 * robot.accuracy / robot.signal if robot.signal > 0 else float('inf')
-    return f'{robot.accuracy:.2g} rad/s2' + (f' ({share:.2g} %)' if share < 1000 else '')
+    return f'{robot.accuracy:.2g} rad/s2' + (
+        f' ({share:.0f} %)' if 10 <= share < 1000 else f' ({share:.2g} %)' if share < 10 else '')
+
+
+def _unknown(robot: RobotOutcome) -> str:
+    """Return of how many states the accelerations are hardly known."""
+    return f'; those of {robot.unknown} states, where samples begin or end, are hardly known' if (
+        robot.unknown) else ''

@@ -18,7 +18,7 @@ from ...screws.se3 import Array
 DELAYS = (0.0, 0.01, 0.02, 0.03, 0.05)
 _MOST = 5000        # samples; enough to judge, and tried in seconds
 _LEAST = 200
-_ENOUGH = 1.5       # times the error of the longest delay
+_ENOUGH = 1.5       # times the error of the best delay
 _TOO_LARGE = 1 / 3  # an error as a share of the signal
 
 
@@ -99,22 +99,21 @@ def recommend(label: str, names: Sequence[str], time: Array, position: Array,
 
 def _judge(label: str, trials: Sequence[Trial], delay: float, signal: float) -> Iterator[Finding]:
     """Yield whether the delay that is set will do, and the one to choose."""
-    best = _choice(trials)
     shares = {trial.delay: trial.in_motion / signal for trial in trials
               if signal and np.isfinite(trial.in_motion)}
-    wrong = {tried for tried, share in shares.items() if share > _TOO_LARGE}
-    if delay in wrong:
-        better = [tried for tried in shares if tried not in wrong]
-        advice = (f'set estimator.delay: {max(best, min(better)):g}' if better else
-                  'no delay helps: mend what is remarked above; until then take states from '
-                  'recordings, by the tool bag')
-        yield Finding(PROBLEM, f'{label}: with estimator.delay: {delay:g} accelerations are wrong '
-                               f'by {_percent(shares[delay])} of the signal', advice)
-    if not wrong or len(wrong) < len(shares):
-        at_once = '' if 0.0 in wrong else (
+    usable = [trial for trial in trials if not shares.get(trial.delay, 0.0) > _TOO_LARGE]
+    best = _choice(usable)
+    if shares.get(delay, 0.0) > _TOO_LARGE:
+        yield Finding(
+            PROBLEM, f'{label}: with estimator.delay: {delay:g} accelerations are wrong by '
+            f'{_percent(shares[delay])} of the signal', 'no delay helps: mend what is remarked '
+            'above; until then take states from recordings, by the tool bag' if best is None
+            else f'set estimator.delay: {best:g}')
+    elif best is not None:
+        yield Finding(
+            FACT, f'{label}: recommended: estimator.delay: {best:g}, velocity_source: auto',
+            '' if usable[0].delay or not best else
             'where states are needed at once, keep estimator.delay: 0')
-        yield Finding(FACT, f'{label}: recommended: estimator.delay: {best:g}, '
-                            'velocity_source: auto', at_once)
 
 
 def _errors(trial: Trial, signal: float) -> str:
@@ -131,11 +130,12 @@ def _percent(share: float) -> str:
     return f'{100 * share:.0f} %' if share > 1 else f'{100 * share:.2g} %'
 
 
-def _choice(trials: Sequence[Trial]) -> float:
-    """Return the shortest delay that is nearly as good as the longest."""
-    errors = np.array([t.in_motion if np.isfinite(t.in_motion) else t.at_rest for t in trials])
-    good = np.flatnonzero(errors <= _ENOUGH * errors[-1])
-    return trials[int(good[0])].delay if len(good) else trials[-1].delay
+def _choice(trials: Sequence[Trial]) -> float | None:
+    """Return the shortest delay that is nearly as good as the best; None if there is none."""
+    errors = [t.in_motion if np.isfinite(t.in_motion) else t.at_rest for t in trials]
+    least = min((error for error in errors if np.isfinite(error)), default=np.nan)
+    return next((trial.delay for trial, error in zip(trials, errors)
+                 if error <= _ENOUGH * least), None)
 
 
 def _try(delay: float, names: Sequence[str], time: Array, position: Array, velocity: Array | None,

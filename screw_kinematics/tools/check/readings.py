@@ -79,10 +79,10 @@ def _repeats(label: str, time: Array, position: Array, quantum: Array) -> Iterat
         yield Finding(
             REMARK, f'{label}: positions change {changes:.1f} times a second only, though '
             f'messages come {1 / period:.1f} times{lasting}',
-            'readings are held: let the driver send each once, when it is read; until then set '
-            'a delay, such as estimator.delay: 0.05')
+            'readings are held: let the driver send each once, when it is read; until then the '
+            'estimator needs a delay, see below')
     else:
         yield Finding(
             REMARK, f'{label}: {count} positions repeat the one before while the robot moves'
-            f'{lasting}', 'a reading that is sent twice with a fresh stamp; estimator.delay: 0.02 '
-            'or more lets the estimator tell')
+            f'{lasting}', 'a reading that is sent twice with a fresh stamp: let the driver send '
+            'each once; until then a delay lets the estimator tell, see below')
