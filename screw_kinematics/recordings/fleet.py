@@ -24,6 +24,7 @@ from typing import Any
 from .blocks import Block
 from .processing import Outcome, process, Task
 from .smoothing import MotionBlock
+from .sources import without_password
 from .states import Run
 from ..errors import MissingExtraError, ToolError
 
@@ -149,8 +150,9 @@ def _hand_over(outcomes: SimpleQueue[Outcome], task: Task, future: Any) -> None:
 
 
 def _failed(task: Task, error: BaseException) -> Outcome:
-    return Outcome(task.name, task.source.place, task.source.size,
-                   error=f'{task.source.place}: {type(error).__name__}: {error}')
+    place = without_password(task.source.place)
+    return Outcome(task.name, place, task.source.size,
+                   error=f'{place}: {type(error).__name__}: {error}')
 
 
 def _absolute(task: Task) -> Task:

@@ -15,7 +15,7 @@ import numpy as np
 from .comparison import Difference, table
 from .joint_table import JointTable, TableFormat
 from .recording import full_name, Recording
-from .sources import opened, Source
+from .sources import opened, Source, without_password
 from .states import recorded_robot, RecordedRobot, Run, StateBlock
 from .summary import CLASSES, class_of, MotionSummary, Summarizer
 from .unfinished import Unfinished
@@ -202,7 +202,8 @@ def process(task: Task, run: Run = map,
         Gets the joint samples read so far, and how many are expected or 0.
 
     """
-    outcome = Outcome(task.name or task.source.name, task.source.place, task.source.size)
+    outcome = Outcome(task.name or task.source.name, without_password(task.source.place),
+                      task.source.size)
     begin = time.perf_counter()
     try:
         with opened(task.source.place, task.table) as recording, ExitStack() as stack:

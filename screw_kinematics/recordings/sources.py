@@ -56,8 +56,8 @@ def find_sources(paths: Sequence[str]) -> list[Source]:
     for path in paths:
         found = dict(_remote(path) if '://' in path else _local(path))
         if not found:
-            raise ToolError(f'{path}: no recording there; allowed: {ALLOWED}, and folders and '
-                            'patterns of these')
+            raise ToolError(f'{without_password(path)}: no recording there; allowed: {ALLOWED}, '
+                            'and folders and patterns of these')
         places.update(found)
     names = short_names(list(places))
     return [Source(place, name, size, state)
@@ -81,10 +81,11 @@ def opened(place: str, table: TableFormat) -> Iterator[Recording | JointTable]:
         with TemporaryDirectory(prefix='screw_kinematics_') as folder:
             files, path = _filesystem(place)
             target = Path(folder, PurePosixPath(path).name)
-            try:
-                files.get(path, str(target), recursive=files.isdir(path))
-            except Exception as error:      # each file system has errors of its own
-                raise ToolError(f'{place}: {type(error).__name__}: {error}') from None
+            with _named(place):
+                for file in files.find(path) if files.isdir(path) else [path]:
+                    copy = target / PurePosixPath(file).relative_to(path)
+                    copy.parent.mkdir(parents=True, exist_ok=True)
+                    files.get_file(file, str(copy))
             with opened(str(target), table) as recording:
                 yield recording
     elif place.endswith(ENDINGS):
@@ -151,6 +152,19 @@ def short_names(places: Sequence[str]) -> list[str]:
             for i in range(len(places))]
 
 
+def without_password(place: str) -> str:
+    """
+    Return a place as it may be shown.
+
+    Examples
+    --------
+    >>> without_password('ssh://me:secret@host/day'), without_password('s3://lab/day')
+    ('ssh://me:***@host/day', 's3://lab/day')
+
+    """
+    return re.sub('(://[^/:@]*:)[^/@]*@', r'\1***@', place)
+
+
 def _local(path: str) -> Iterator[tuple[str, tuple[int, str]]]:
     given = [path] if Path(path).exists() or not has_magic(path) else sorted(
         glob(path, recursive=True))
@@ -171,7 +185,7 @@ def _local(path: str) -> Iterator[tuple[str, tuple[int, str]]]:
 def _remote(url: str) -> Iterator[tuple[str, tuple[int, str]]]:
     files, path = _filesystem(url)
     before = url.removesuffix(path) if url.endswith(path) else url.partition('://')[0] + '://'
-    try:
+    with _named(url):
         for each in sorted(files.glob(path)) if has_magic(path) else [path]:
             groups = group_files(sorted(files.find(each))) if files.isdir(each) else (
                 {each: [each]})
@@ -181,20 +195,28 @@ def _remote(url: str) -> Iterator[tuple[str, tuple[int, str]]]:
                         for a in about]
                 yield before + place, (
                     sum(int(a['size'] or 0) for a in about), repr(list(zip(parts, when))))
-    except Exception as error:      # each file system has errors of its own
-        raise ToolError(f'{url}: {type(error).__name__}: {error}') from None
 
 
 def _filesystem(url: str) -> tuple[Any, str]:
     try:
         from fsspec.core import url_to_fs
     except ImportError:
-        raise MissingExtraError('fsspec', 'fleet', f'reading {url}') from None
-    try:
+        raise MissingExtraError('fsspec', 'fleet', f'reading {without_password(url)}') from None
+    with _named(url):
         files, path = url_to_fs(url)
-    except (ImportError, ValueError) as error:      # of the file system's own package
-        raise ToolError(f'{url}: {error}') from None
     return files, str(path)
+
+
+@contextmanager
+def _named(url: str) -> Iterator[None]:
+    """Turn what goes wrong at a place into one line that names it."""
+    try:
+        yield
+    except Exception as error:      # each file system has errors of its own
+        what = ' '.join(str(error).split())
+        kind = '' if isinstance(error, (ImportError, ValueError)) and what else (
+            f'{type(error).__name__}: ')
+        raise ToolError(f'{without_password(url)}: {kind}{what}') from None
 
 
 def _numbered(names: Sequence[str]) -> bool:
