@@ -41,6 +41,7 @@ cdef class Bank:
     cdef VelocityTrust trust_in(self, Py_ssize_t j)
     cdef double pace(self, double dt) noexcept
     cdef void handicap(self, double share) noexcept
-    cdef void prepare(self, Channel c, double share, double plausible, Py_ssize_t slot) noexcept
+    cdef void prepare(self, Channel c, double share, double plausible, double half,
+                      Py_ssize_t slot) noexcept
     cdef void average(self) noexcept
     cdef void fuse(self, VelocityTrust trust, Py_ssize_t j, double at, bint fresh) noexcept

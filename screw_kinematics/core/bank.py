@@ -35,6 +35,14 @@ SLOW = cython.declare(cython.double, 3e-3)
 """A jump that this acceleration [rad/s2] explains need not wait, where samples are this far apart
 [s]."""
 
+DETERMINED = cython.declare(cython.longlong, 5)
+"""Samples that only determine the state, and say nothing of the filters."""
+
+LITTLE = cython.declare(cython.double, 0.1)
+CLEAR = cython.declare(cython.double, 16.0)
+"""Variance up to which an acceleration's noise matters to nobody [rad2/s4], and by how much its
+square has to be more for it to be clear of it."""
+
 FIRST_WAIT = cython.declare(cython.longlong, 12)
 FIRST_FUSED = cython.declare(cython.longlong, 30)
 """Samples from which on an improbable one waits, and velocities enter the output."""
@@ -139,17 +147,22 @@ class Bank:
         self.steady = self.steady + 1 if step == self.used and change < 1e-7 else 0
         self.used = step
         share: cython.double = 1.0 - exp(-dt / WINDOW)
-        first: cython.double = 1.0 / self.count
-        share = share if share > first else first
-        self.span = (1.0 - share) * self.span + 1.0
-        self.handicap(share)
+        if self.count > DETERMINED:
+            first: cython.double = 1.0 / (self.count - DETERMINED)
+            share = share if share > first else first
+            self.span = (1.0 - share) * self.span + 1.0
+            self.handicap(share)
         slot: cython.Py_ssize_t = 0
         if self.delayed:
             if self.steps.crowded(time - 1.25 * self.delay - dt):
                 self.make_room(2 * self.steps.size)
             slot = self.steps.remember(time, step)
         jump: cython.double = PLAUSIBLE * dt if dt > SLOW and not self.delayed else 0.0
-        self.prepare(self.position, share, 0.5 * dt * jump, slot)
+        for j in range(self.n):
+            parted: cython.double = self.trust_in(j).parted(
+                position[j], velocity[j] * rate if measured and self.with_velocity else NAN, dt)
+            self.position.signal(j).parted = self.velocity.signal(j).parted = parted
+        self.prepare(self.position, share, 0.5 * dt * jump, 0.0, slot)
         self.position.advance(position, position)
         self.average()
         if not measured and not self.with_velocity:
@@ -167,7 +180,7 @@ class Bank:
                 whole = whole and isfinite(velocity[j])
             for j in range(self.n):
                 self.instead[j] = velocity[j] if whole else self.now[1, j] / rate
-            self.prepare(self.velocity, share, jump, slot)
+            self.prepare(self.velocity, share, jump, 0.5 * dt * rate, slot)
             self.velocity.advance(velocity if measured else self.instead, self.instead)
         for j in range(self.n):
             self.trust_in(j).compare(
@@ -209,10 +222,11 @@ class Bank:
             self.lsum[k] += share * ((1.0 + wide) * log(self.gains.s[k]) - self.lsum[k])
 
     def prepare(self, c: Channel, share: cython.double, plausible: cython.double,
-                slot: cython.Py_ssize_t) -> None:
+                half: cython.double, slot: cython.Py_ssize_t) -> None:
         """Tell a channel of the step to its next sample."""
         c.r, c.share, c.span, c.plausible = self.dt / TIME_UNIT, share, self.span, plausible
-        c.settling, c.slot = self.count <= FIRST_WAIT, slot
+        c.settling, c.slot, c.half = self.count <= FIRST_WAIT, slot, half
+        c.determined = self.count > DETERMINED
 
     def average(self) -> None:
         """Find the weighted state after the latest sample."""
@@ -328,6 +342,15 @@ class Bank:
             for j in range(self.n):
                 row.append(self.out[i, j])
         return row
+
+    def clear_of_noise(self) -> bool:
+        """Whether accelerations that were read with their covariance are more than noise."""
+        j: cython.Py_ssize_t
+        o: cython.double[:, ::1] = self.out
+        for j in range(self.n):
+            if o[11, j] > LITTLE and CLEAR * o[11, j] > o[2, j] * o[2, j]:
+                return False
+        return True
 
     def variances(self) -> list[float]:
         """Return the upper triangle of the covariance of each joint: 10 n numbers, by rows."""

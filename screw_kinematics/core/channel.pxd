@@ -19,6 +19,8 @@ cdef class Signal:
     cdef bint taken             # taken, the step to it; the state without it
     cdef double step
     cdef double s0, s1, s2, s3
+    cdef double parted          # way of the velocity less step of the position; the same since the
+    cdef double since           # first of those that wait
 
     cdef void start(self, double z) noexcept
     cdef void follow_quantum(self, double z) noexcept
@@ -42,7 +44,9 @@ cdef class Channel:
     cdef double share           # what it counts in forgetful means,
     cdef double span            # and the samples in these
     cdef double plausible       # a deviation that need not wait
+    cdef double half            # half the step if these are velocities, else 0 [s]
     cdef bint settling          # whether none waits yet
+    cdef bint determined        # whether it tells of the filters, not of the state alone
     cdef Py_ssize_t slot        # where it is remembered
 
     cdef Signal signal(self, Py_ssize_t j)
@@ -52,6 +56,7 @@ cdef class Channel:
     cdef void update(self, Signal u, Py_ssize_t j, double at, double instead) noexcept
     cdef bint admit(self, Signal u, Py_ssize_t first, double deviation, double limit,
                     bint same) noexcept
+    cdef bint confirmed(self, Signal u, double deviation) noexcept
     cdef bint decide(self, Signal u, Py_ssize_t first, double at) noexcept
     cdef void correct(self, Py_ssize_t first, double change, int waiting) noexcept
     cdef void weigh(self, Py_ssize_t first, double least) noexcept

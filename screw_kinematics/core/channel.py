@@ -26,6 +26,10 @@ HOLD = cython.declare(cython.double, 6.0)
 LONGEST_WAIT = cython.declare(cython.int, 3)
 """Samples that may wait."""
 
+CONFIRMED = cython.declare(cython.double, 0.75)
+"""Share of what the velocity tells up to which it and the position may have come apart for both to
+say that the joint was pushed."""
+
 EXACT = cython.declare(cython.double, 0.7)
 """Share of changes that are multiples of a step from which on it is an encoder's."""
 
@@ -42,7 +46,7 @@ class Signal:
     def start(self, z: cython.double) -> None:
         """Begin a run with a sample."""
         self.last = z
-        self.pending = self.envelope = 0.0
+        self.pending = self.envelope = self.parted = self.since = 0.0
         self.waiting = 0
 
     def step_of_encoder(self) -> cython.double:
@@ -169,16 +173,17 @@ class Channel:
             noise += w[first + k] * own
             variance += w[first + k] * (s[k] * own + apart * apart)
         u.noise = noise
-        score: cython.bint = known
+        counts: cython.bint = known
         if known and not self.settling:
             if u.waiting > 0:
-                score = self.decide(u, first, at)
+                counts = self.decide(u, first, at)
             else:
-                score = self.admit(u, first, at - foreseen,
-                                   HOLD * (sqrt(variance) + u.envelope), same)
+                counts = self.admit(u, first, at - foreseen,
+                                    HOLD * (sqrt(variance) + u.envelope), same)
                 if u.waiting > 0:
                     u.s0 = foreseen
-        if not score:
+        score: cython.bint = counts and self.determined
+        if not counts:
             at = foreseen if known else instead
         for k in range(m):
             error: cython.double = at - x[0, first + k]
@@ -210,7 +215,8 @@ class Channel:
         u.pending = deviation
         u.limit, u.step = limit, self.r
         u.odd += 1
-        u.taken = fabs(deviation) < self.plausible and not same
+        u.since = u.parted
+        u.taken = self.confirmed(u, deviation) or fabs(deviation) < self.plausible and not same
         s1: cython.double = 0.0
         s2: cython.double = 0.0
         s3: cython.double = 0.0
@@ -222,13 +228,18 @@ class Channel:
         u.s1, u.s2, u.s3 = s1, s2, s3
         return u.taken
 
+    def confirmed(self, u: Signal, deviation: cython.double) -> cython.bint:
+        """Whether position and velocity agree on a deviation, since the first that waits."""
+        told: cython.double = self.half * deviation if self.half > 0.0 else u.since + deviation
+        return fabs(u.since) < CONFIRMED * fabs(told)
+
     def decide(self, u: Signal, first: cython.Py_ssize_t, at: cython.double) -> cython.bint:
         """
         Decide, by the sample after it, about the sample that waits; return whether that counts.
 
         Its own deviation p, the next one's d0 from where the joint would be without it: back
-        within the limit, it was odd and is forgotten; as many times p as if velocity or
-        acceleration had jumped, it was real, and what it says is added now. Else the next one
+        within the limit, it was odd and is forgotten; confirmed, or as many times p as if velocity
+        or acceleration had jumped, it was real, and what it says is added now. Else the next one
         waits too.
         """
         k: cython.Py_ssize_t
@@ -241,6 +252,7 @@ class Channel:
         s0: cython.double = u.s0 + r * u.s1 + r2 * u.s2 + r3 * s3
         deviation: cython.double = at - s0
         ratio: cython.double = deviation / u.pending
+        u.since += u.parted
         # Of equal steps 2, 4, 8 for a jump of velocity, acceleration, jerk; less after a pause.
         onward: cython.double = r / u.step if r < u.step else 1.0
         least: cython.double = exp(0.58 * log(1.0 + onward))
@@ -250,7 +262,8 @@ class Channel:
                 self.correct(first, -u.pending, u.waiting)
                 for k in range(first, first + self.m):
                     self.mean[k] = self.before[k]
-        elif not u.taken and (ratio < least or ratio > most) and u.waiting < LONGEST_WAIT:
+        elif (not u.taken and (ratio < least or ratio > most) and u.waiting < LONGEST_WAIT
+                and not self.confirmed(u, deviation)):
             u.waiting += 1
             u.s0, u.s1, u.s2 = s0, s1, s2
             if ratio <= 0.5 or ratio > most:

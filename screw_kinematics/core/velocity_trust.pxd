@@ -19,6 +19,7 @@ cdef class VelocityTrust:
     cdef readonly double share      # the weight of the velocity in the latest output
 
     cdef void await_sample(self) noexcept
+    cdef double parted(self, double z, double v, double dt) noexcept
     cdef void compare(self, double z, double v, double dt, double acceleration, double noise,
                       bint settling) noexcept
     cpdef bint differenced(self) noexcept

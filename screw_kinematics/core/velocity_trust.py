@@ -27,6 +27,9 @@ LATE_LAG = cython.declare(cython.double, 5e-3)
 """Lag from which on a velocity is doubted, and how much more until it counts nothing, s."""
 
 
+UNKNOWN = cython.declare(cython.double, 1e300)
+
+
 class VelocityTrust:
     """What is known of the velocity of one joint."""
 
@@ -40,6 +43,12 @@ class VelocityTrust:
     def await_sample(self) -> None:
         """Compare the next sample with none before it."""
         self.count = 0.0
+
+    def parted(self, z: cython.double, v: cython.double, dt: cython.double) -> cython.double:
+        """Return the velocity's way since the latest sample less the position's step."""
+        if self.count > 0.0 and isfinite(v):
+            return 0.5 * (v + self.latest) * dt - (z - self.position)
+        return UNKNOWN
 
     def compare(self, z: cython.double, v: cython.double, dt: cython.double,
                 acceleration: cython.double, noise: cython.double,

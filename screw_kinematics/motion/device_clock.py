@@ -24,6 +24,9 @@ BLOCK = 12
 FIRST = 20
 """Messages from which a first period is taken."""
 
+PAUSE = 8.0
+"""Steps of the first stamps, in periods, beyond which they tell nothing of the period."""
+
 JITTER = 0.08
 """Mean deviation of the first stamps from a line, in periods, from which on ticks are believed
 until the joints say otherwise."""
@@ -296,6 +299,10 @@ class DeviceClock:
         stamps = self._stamps
         steps = sorted(b - a for a, b in zip(stamps, stamps[1:]))
         period = steps[len(steps) // 2]
+        pauses = [k for k in range(1, FIRST) if stamps[k] - stamps[k - 1] > PAUSE * period]
+        if pauses:
+            self._stamps = stamps[pauses[-1]:]
+            return
         apart = sorted(abs(step - period) for step in steps)
         numbers = list(map(float, range(FIRST)))
         if (stamps[-1] - stamps[0] < 1.6 * period * len(steps)

@@ -30,6 +30,10 @@ LONGEST_AGE, PERIODS = 0.02, 3.0
 ONWARD = 0.4
 """Ticks that joints must have gone on for an older stamp to be of a clock that was set back."""
 
+SHORTEST, PAUSE = 0.1, 0.01
+"""While a run is shorter than `SHORTEST` s, accelerations within four times their noise are not
+told; samples further apart than `PAUSE` s count as so far apart: a pause tells nothing."""
+
 FEW = 100
 """Samples from which on velocities are judged."""
 
@@ -72,7 +76,8 @@ class MotionEstimator(JointEstimator):
     continuous : sequence of bool, length n_joints
         Joints whose position wraps at 2 pi; it is unwrapped.
     min_samples : int
-        Samples of a run before the first estimate.
+        Samples of a run before the first estimate; it waits up to 0.1 s while it is mostly
+        noise.
 
     """
 
@@ -102,6 +107,8 @@ class MotionEstimator(JointEstimator):
         self._regularise = regularise
         self.runs = 0
         """Runs that have begun."""
+        self._settled = 0.0
+        """Time that samples of the run have told of, s; up to `SHORTEST`."""
         self._shift = 0.0
         """By how much the stamps' clock was set back while the joints moved on, s."""
         self._back = inf
@@ -195,10 +202,13 @@ class MotionEstimator(JointEstimator):
         if dt == 0.0:
             admission.stamp, self._shift = stamp, 0.0
             self.runs += 1
+            self._settled = 0.0
             self._clock = clock = DeviceClock(self.n_joints)
             clock.start(stamp, position, known)
             bank.start(stamp, position)
             return Placed(stamp, stamp, 1.0, 0.0, [(stamp, position)])
+        if self._settled < SHORTEST:
+            self._settled += dt if dt < PAUSE else PAUSE
         own = admission.stamp
         placed = Placed(own, own, 1.0, 0.0, None) if not self._regularise else clock.update(
             own, position, bank if bank.count > SETTLED else None)
@@ -235,9 +245,12 @@ class MotionEstimator(JointEstimator):
         if placed.age > LONGEST_AGE and placed.age > PERIODS * self._clock.period:
             return self._admission.refuse(Reason.NO_NEW_READING)
         bank, wanted = self._bank, self.covariance_wanted
+        early = self._settled < SHORTEST
         if (bank.count + 1 < self.min_samples
                 or bank.read(placed.instant - self.delay / placed.rate, placed.time is not None,
-                             placed.rate, wanted)):
+                             placed.rate, wanted or early)
+                or early and not bank.clear_of_noise()):
             return Reason.SETTLING
+        self._settled = SHORTEST
         return JointMotion(stamp - self.delay, bank.values(),
                            partial(covariance_of, bank.variances()) if wanted else None)

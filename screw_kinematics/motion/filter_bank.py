@@ -12,7 +12,7 @@ from .joint_motion import Array
 from ..core.bank import Bank
 
 FILTERS = (*((4, f) for f in (2.0, 3.5, 6.0, 10.5, 18.0, 32.0, 56.0, 98.0, 170.0, 300.0)),
-           *((3, f) for f in (20.0, 40.0, 80.0, 140.0)))
+           *((3, f) for f in (20.0, 40.0, 80.0, 140.0, 400.0)))
 """Order of the model and bandwidth, Hz, of the filters that see the past only."""
 
 WIDE = 0.5
