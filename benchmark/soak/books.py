@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 from diagnostic_msgs.msg import DiagnosticArray
 
-from .robots import ROBOTS, SoakRobot
+from .robots import ROBOTS
 
 
 @dataclass
@@ -39,14 +39,21 @@ class Account:
 
 def read(array: DiagnosticArray) -> tuple[list[Account], dict[str, dict[str, str]]]:
     """Return the account of each robot, and all values of each part of the node."""
-    parts = {status.name.rpartition(': ')[2]: {v.key: v.value for v in status.values}
-             for status in array.status}
-    return [_account(robot, parts) for robot in ROBOTS], parts
+    parts = parts_of(array)
+    return [account_of(robot.name, f'/{robot.name}/joint_states', parts)
+            for robot in ROBOTS], parts
 
 
-def _account(robot: SoakRobot, parts: dict[str, dict[str, str]]) -> Account:
-    own, topics = parts.get(robot.name, {}), parts.get('node', {})
-    topic = f'/{robot.name}/joint_states '
+def parts_of(array: DiagnosticArray) -> dict[str, dict[str, str]]:
+    """Return all values of each part of the node."""
+    return {status.name.rpartition(': ')[2]: {v.key: v.value for v in status.values}
+            for status in array.status}
+
+
+def account_of(robot: str, topic: str, parts: dict[str, dict[str, str]]) -> Account:
+    """Return the account of a robot that has a topic of its own."""
+    own, topics = parts.get(robot, {}), parts.get('node', {})
+    topic = f'{topic} '
 
     def counts(values: dict[str, str], prefix: str) -> Counter[str]:
         return Counter({key.removeprefix(prefix): int(value) for key, value in values.items()

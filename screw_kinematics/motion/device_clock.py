@@ -195,6 +195,11 @@ class DeviceClock:
             d = 0
         else:
             d = ticks.number(stamp, x, foreseen, unforeseen, same and age < 3.5 * period)
+        # Regular stamps that are not proven to be of another clock are right about a pause, the
+        # more so where it is longer than the filters foresee.
+        regular = ticks.deviation < REGULAR * period and not (self.proven and self.share < 0.5)
+        if regular and near >= FAR and d >= FAR and bank is not None:
+            d = near
         if d and same and self._standing:
             # They have stopped for good.
             self._standing = False
@@ -242,8 +247,6 @@ class DeviceClock:
         late = ticks.advance(d, stamp, told or not (before and self._lossy))
         if self.share < 1.0:
             self._ratio = unit / period                 # stamps alone need none
-        # Regular stamps that are not proven to be of another clock are right about a pause.
-        regular = ticks.deviation < REGULAR * period and not (self.proven and self.share < 0.5)
         paced = False
         if agree:
             onward = span if self.share == 1.0 else d * unit + self.share * step * self._ratio
@@ -305,8 +308,7 @@ class DeviceClock:
             return
         apart = sorted(abs(step - period) for step in steps)
         numbers = list(map(float, range(FIRST)))
-        if (stamps[-1] - stamps[0] < 1.6 * period * len(steps)
-                and apart[len(apart) // 2] < 0.15 * period):
+        if apart[len(apart) // 2] < 0.15 * period:
             for k in range(1, FIRST):
                 numbers[k] = numbers[k - 1] + max(
                     1.0, round((stamps[k] - stamps[k - 1]) / period))

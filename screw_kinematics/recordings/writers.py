@@ -5,6 +5,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
+import sqlite3
+from types import TracebackType
 from typing import Any, Protocol
 
 import numpy as np
@@ -13,7 +15,7 @@ from .history import QUANTITIES
 from .recording import full_name
 from .states import RecordedRobot, StateBlock
 from .tables import TableWriter
-from ..errors import MissingExtraError, Reason
+from ..errors import MissingExtraError, Reason, ToolError
 from ..pipeline.compensation import WrenchWriter
 from ..pipeline.group_motion import Motion
 from ..pipeline.kinematics import State
@@ -59,9 +61,10 @@ class BagWriter:
         self._writer = Writer(path, version=Writer.VERSION_LATEST,
                               storage_plugin=StoragePlugin[storage.upper()])
         self._types = get_typestore(Stores.ROS2_JAZZY)
-        self._namespace = namespace
+        self._path, self._namespace = path, namespace
         self._topics: dict[str, list[tuple[Any, MessageWriter | WrenchWriter]]] = {}
-        self._writer.open()
+        with _Told(path):
+            self._writer.open()
 
     def write(self, robot: RecordedRobot, block: StateBlock) -> None:
         """Append states."""
@@ -84,11 +87,13 @@ class BagWriter:
                     robot.sensor.left_out[message] += 1
                 else:
                     # Played back together with the recording, states come when the samples come.
-                    self._writer.write(connection, received, message)
+                    with _Told(self._path):
+                        self._writer.write(connection, received, message)
 
     def close(self) -> None:
         """Write the rest."""
-        self._writer.close()
+        with _Told(self._path):
+            self._writer.close()
 
     def _advertise(self, robot: RecordedRobot,
                    ) -> list[tuple[Any, MessageWriter | WrenchWriter]]:
@@ -107,6 +112,21 @@ class BagWriter:
     def _connection(self, topic: str, type_name: str) -> Any:
         return self._writer.add_connection(
             full_name(self._namespace, topic), type_name, typestore=self._types)
+
+
+class _Told:
+    """Tells of a database that cannot be written, as of a full disk, by an error of the package."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+
+    def __enter__(self) -> None:
+        pass
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
+                 traceback: TracebackType | None) -> None:
+        if isinstance(error, sqlite3.Error):
+            raise ToolError(f'{self._path.name} cannot be written: {error}') from error
 
 
 class TablesWriter:

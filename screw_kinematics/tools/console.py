@@ -105,13 +105,23 @@ def run(tool: Callable[[argparse.Namespace], int], options: argparse.ArgumentPar
     complete(options)
     arguments = options.parse_args(without_ros_arguments(sys.argv[1:] if argv is None else argv))
     try:
-        return tool(arguments)
+        code = tool(arguments)
+        _flush()
+        return code
     except (ScrewKinematicsError, OSError) as error:
-        if isinstance(error, BrokenPipeError):
-            # The reader (head, less) has seen enough; keep Python from complaining at exit.
+        try:
+            _flush()
+        except OSError:
+            # Nobody reads on (head, less), or the disk is full: Python would complain at exit.
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-            return OK
+        if isinstance(error, BrokenPipeError):
+            return OK       # the reader has seen enough
         print(f'{options.prog}: {error}', file=sys.stderr)
         return FAILED
     except KeyboardInterrupt:
         return INTERRUPTED
+
+
+def _flush() -> None:
+    if sys.stdout is not None:
+        sys.stdout.flush()

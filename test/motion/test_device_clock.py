@@ -191,3 +191,21 @@ def test_results_do_not_depend_on_where_time_and_joints_begin():
     np.testing.assert_allclose(run(0.0, np.arange(JOINTS), -1.0), -plain, rtol=1e-9, atol=1e-9)
     np.testing.assert_allclose(run(0.0, order, 1.0), plain[:, order], rtol=1e-4, atol=1e-4)
     np.testing.assert_allclose(run(64.0, np.arange(JOINTS), 1.0), plain, rtol=1e-3, atol=1e-3)
+
+
+@pytest.mark.parametrize('seed', range(4))
+@pytest.mark.parametrize('velocity', [True, False])
+def test_pauses_among_the_first_readings_are_none_of_the_period(seed, velocity):
+    """Of a node that starts under load some stretches arrive; the readings between are regular."""
+    rng = np.random.default_rng(seed)
+    ticks = np.concatenate([np.arange(rng.integers(5, 9)) + start for start in range(0, 900, 90)]
+                           + [np.arange(900, 2500)])
+    w = np.array([2.0, 3.0, 5.0])
+    estimator, worst = MotionEstimator(3), 0.0
+    for t in ticks * 1e-3:
+        q = np.round(np.sin(w * t) * 1e5) * 1e-5
+        motion = estimator.update(t, q, w * np.cos(w * t) if velocity else None)
+        if motion is not None:
+            worst = max(worst, np.abs(motion.acceleration + w**2 * np.sin(w * t)).max())
+    assert worst < 4 * 25.0
+    assert estimator.clock.period == pytest.approx(1e-3, rel=1e-3)

@@ -1,0 +1,214 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Every output of a topic, against what was true at its stamp, by the deviation it states."""
+from dataclasses import dataclass, field
+import time
+
+import numpy as np
+
+from .log import LENGTH, SentLog
+from .robots import BASES, FieldRobot, RATE, SAMPLES
+
+FARTHEST = 10.0
+"""Most of its own stated deviation that an output may be wrong by."""
+
+FLOOR = 1e-9
+"""Rounding, which no deviation states [rad/s, m/s, and per s]."""
+
+BINS = np.logspace(-5, 2, 1401)
+"""Of latencies [s]."""
+
+
+class Sent:
+    """
+    The messages of one robot by their stamps.
+
+    Parameters
+    ----------
+    log : SentLog
+    number : int
+        Of the robot.
+
+    """
+
+    def __init__(self, log: SentLog, number: int) -> None:
+        self._entries, self._counts = log.entries[number], log.counts[number]
+        self._seen = 0
+        self._known: dict[int, tuple[float, int]] = {}
+
+    def update(self) -> None:
+        """See what was sent since the last time."""
+        count = int(self._counts[1])
+        first = max(self._seen, count - LENGTH + 1)
+        rows = self._entries[np.arange(first, count) % LENGTH]
+        self._known.update(zip(rows['stamp'].tolist(), zip(
+            rows['instant'].tolist(), rows['sent'].tolist())))
+        self._seen = count
+        while len(self._known) > LENGTH:
+            del self._known[next(iter(self._known))]
+
+    def find(self, stamps: list[int]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return for each stamp if a message had it, its instant [s], and when it was sent [ns]."""
+        found = [self._known.get(stamp, (np.nan, 0)) for stamp in stamps]
+        instants = np.array([instant for instant, _ in found])
+        return np.isfinite(instants), instants, np.array([sent for _, sent in found])
+
+
+@dataclass
+class Tally:
+    """
+    What was found about the outputs of a topic.
+
+    Attributes
+    ----------
+    received : int
+    judged : int
+        How many state a deviation; the others say that they know none.
+    strange : int
+        How many have a stamp that no message had.
+    not_finite : int
+    beyond : int
+        How many are wrong by more than ten times the deviation that they state.
+    worst : float
+        The greatest error in such deviations.
+    usual : float
+        The mean square of that, whose root ought to be 1 or less.
+    examples : list of str
+
+    """
+
+    received: int = 0
+    judged: int = 0
+    strange: int = 0
+    not_finite: int = 0
+    beyond: int = 0
+    worst: float = 0.0
+    squares: float = 0.0
+    examples: list[str] = field(default_factory=list)
+
+    @property
+    def usual(self) -> float:
+        """Return the root mean square of the errors in their deviations."""
+        return float(np.sqrt(self.squares / self.judged)) if self.judged else 0.0
+
+    @property
+    def failures(self) -> int:
+        """Return how many outputs were not right."""
+        return self.strange + self.not_finite + self.beyond
+
+
+class TopicCheck:
+    """
+    Collects the messages of a topic and checks them in batches.
+
+    Parameters
+    ----------
+    robot : FieldRobot
+    output : str
+    sent : Sent
+        What its driver has sent.
+
+    """
+
+    def __init__(self, robot: FieldRobot, output: str, sent: Sent) -> None:
+        self.tally = Tally()
+        self.latencies = np.zeros(len(BINS) - 1, int)
+        self.worst_latency = 0.0
+        self.latest: tuple[float, float] = 0.0, 0.0
+        """When the latest output came [s, monotonic], and its latency [s]."""
+        self.last_base = 0
+        self._robot, self._output, self._sent = robot, output, sent
+        self._delay = round(robot.delay * 1e9)
+        self._batch: list[bytes] = []
+        self._arrivals: list[int] = []
+
+    def take(self, data: bytes) -> None:
+        """Collect a message."""
+        self._arrivals.append(time.monotonic_ns())
+        self._batch.append(data)
+
+    def check(self, models: set[int], during: str) -> None:
+        """Check what was collected, by the models that may be in use during something."""
+        batch, arrivals = self._batch, self._arrivals
+        if not batch:
+            return
+        self._batch, self._arrivals = [], []
+        tally = self.tally
+        tally.received += len(batch)
+        stamps, bases, values, deviations = decode(batch)
+        known, instants, sent = self._sent.find((stamps + self._delay).tolist())
+        self._note('strange', ~known, stamps, values, during)
+        finite = np.isfinite(values).all(1) & np.isfinite(deviations).all(1)
+        self._note('not_finite', ~finite, stamps, values, during)
+        latency = (np.array(arrivals) - sent)[known] * 1e-9
+        if len(latency):
+            self.latest = arrivals[-1] * 1e-9, float(latency[-1])
+            self.latencies += np.histogram(latency.clip(BINS[0], BINS[-1]), BINS)[0]
+            self.worst_latency = max(self.worst_latency, float(latency.max()))
+        if not self._robot.description:
+            self.last_base = BASES.index(bases[-1])
+        stated = known & finite & (deviations > 0).any(1)
+        if stated.any():
+            which = np.array([BASES.index(base) for base in np.array(bases)[stated]]) if (
+                not self._robot.description) else None
+            self._judge(stamps[stated], instants[stated] - self._robot.delay, values[stated],
+                        deviations[stated], which, models, during)
+
+    def _judge(self, stamps: np.ndarray, t: np.ndarray, values: np.ndarray,
+               deviations: np.ndarray, which: np.ndarray | None, models: set[int],
+               during: str) -> None:
+        best = np.full(len(t), np.inf)
+        for model in sorted(models if which is None else set(which.tolist())):
+            best = np.minimum(best, np.where(
+                True if which is None else which == model,
+                self._sizes(t, values, deviations, model), np.inf))
+        tally = self.tally
+        tally.judged += len(best)
+        tally.squares += float((best.clip(0, 1e3)**2).sum())
+        tally.worst = max(tally.worst, float(best.max()))
+        self._note('beyond', best > FARTHEST, stamps, values, during, best)
+
+    def _sizes(self, t: np.ndarray, values: np.ndarray, deviations: np.ndarray, model: int,
+               ) -> np.ndarray:
+        """Return the errors in their deviations, with the latency that fits all of them best."""
+        late = self._robot.latency
+        truth = self._robot.truth(t % (SAMPLES / RATE), model)[self._output]
+        early = self._robot.truth((t - late) % (SAMPLES / RATE), model)[self._output] \
+            if late else truth
+        shares = (0.0, 0.25, 0.5, 0.75, 1.0) if late else (0.0,)
+        sizes = [(np.abs(values - truth - share * (early - truth))
+                  / (deviations + FLOOR)).max(1) for share in shares]
+        return min(sizes, key=lambda size: float(np.median(size)))
+
+    def _note(self, what: str, bad: np.ndarray, stamps: np.ndarray, values: np.ndarray,
+              during: str, sizes: np.ndarray | None = None) -> None:
+        if not bad.any():
+            return
+        tally = self.tally
+        setattr(tally, what, getattr(tally, what) + int(bad.sum()))
+        if len(tally.examples) < 8:
+            i = int(np.argmax(bad if sizes is None else sizes))
+            by = '' if sizes is None else f' by {sizes[i]:.3g} deviations'
+            tally.examples.append(
+                f'{self._robot.name}/{self._output}: {int(bad.sum())} {what}{by} during '
+                f'{during}: stamp {stamps[i]}, {np.array2string(values[i], precision=4)}')
+
+
+def decode(batch: list[bytes]) -> tuple[np.ndarray, list[bytes], np.ndarray, np.ndarray]:
+    """
+    Return stamps [ns], frames, values and deviations, angular part first, of serialized messages.
+
+    Of TwistWithCovarianceStamped or AccelWithCovarianceStamped, by the rules of CDR, version 1,
+    with frames whose names are all of the same length.
+    """
+    length = int.from_bytes(batch[0][12:16], 'little')
+    pad = -(12 + length) % 8
+    fields = np.dtype([('head', 'V4'), ('sec', '<i4'), ('nanosec', '<u4'), ('count', '<u4'),
+                       ('frame', f'S{length}'), ('pad', f'V{pad}'), ('values', '<f8', 6),
+                       ('covariance', '<f8', (6, 6))])
+    messages = np.frombuffer(b''.join(batch), fields)
+    stamps = messages['sec'].astype(np.int64) * 1_000_000_000 + messages['nanosec']
+    angular_first = [3, 4, 5, 0, 1, 2]
+    variances = np.diagonal(messages['covariance'], axis1=1, axis2=2)[:, angular_first]
+    return (stamps, messages['frame'].tolist(), messages['values'][:, angular_first],
+            np.sqrt(variances))
