@@ -115,7 +115,7 @@ class BagWriter:
 
 
 class _Told:
-    """Tells of a database that cannot be written, as of a full disk, by an error of the package."""
+    """Tells of a database that cannot be written by an error of the package."""
 
     def __init__(self, path: Path) -> None:
         self._path = path

@@ -32,7 +32,7 @@ def motion(n, t):
 
 
 def errors(chain, rate, count, outputs=('accel',), start=START, stamp=lambda t: t, **settings):
-    """Return relative errors of the accelerations, the pipeline, and which samples gave outputs."""
+    """Return relative errors of accelerations, the pipeline, and which samples gave some."""
     pipeline = RobotPipeline(chain.joint_names, MotionSettings(**settings))
     pipeline.activate(Kinematics(OneTip(chain.compile(outputs=outputs))))
     n, found, which = chain.dof, [], []

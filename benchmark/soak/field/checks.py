@@ -48,7 +48,7 @@ class Sent:
             del self._known[next(iter(self._known))]
 
     def find(self, stamps: list[int]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return for each stamp if a message had it, its instant [s], and when it was sent [ns]."""
+        """Return for each stamp if a message had it, its instant [s], and when it was sent."""
         found = [self._known.get(stamp, (np.nan, 0)) for stamp in stamps]
         instants = np.array([instant for instant, _ in found])
         return np.isfinite(instants), instants, np.array([sent for _, sent in found])

@@ -99,15 +99,15 @@ class FieldRobot:
         """Return the models that it may have at a time, as told by description or tool offset."""
         if not self.description:
             return [models.load_urdf(text, tip_frame=TIP) for text in DESCRIPTIONS]
-        chain = models.load(self.description)
-        return [chain, chain.with_tool(pose(translation=OFFSET[:3]), 'tool')]
+        arm = models.load(self.description)
+        return [arm, arm.with_tool(pose(translation=OFFSET[:3]), 'tool')]
 
     @property
     def parameters(self) -> dict[str, Any]:
         """Return the robot's parameters."""
         model = {'description': self.description} if self.description else {'tip_frame': TIP}
-        return {**model, 'outputs': [*OUTPUTS, 'pose'], 'joint_states_topic': f'{self.name}/joints',
-                'estimator': {'delay': self.delay}}
+        return {**model, 'outputs': [*OUTPUTS, 'pose'], 'estimator': {'delay': self.delay},
+                'joint_states_topic': f'{self.name}/joints'}
 
     def motion(self, t: np.ndarray) -> list[np.ndarray]:
         """Return positions, velocities and accelerations at instants [s], shape (N, n) each."""
