@@ -70,7 +70,7 @@ def test_positions_in_degrees(rig):
 
 
 @pytest.mark.parametrize('robot, seconds, words', [
-    ('ahead', YEAR, 'ahead'), ('past', 5e6 - time.time(), 'old')])
+    ('ahead', YEAR, 'ahead'), ('past', 5e6 - time.time(), 'old')], ids=['ahead', 'past'])
 def test_stamps_of_another_clock(rig, robot, seconds, words):
     _, _, values = told(rig, robot, lambda level, message, _: level == b'\1' and
                         'stamps are not of this clock' in message and words in message, seconds)
