@@ -7,7 +7,7 @@ from ..core.bank cimport Bank
 from ..core.period_search cimport PeriodSearch
 from ..core.readings cimport Readings
 
-cdef double JITTER, ADOPT, REGULAR, NOTHING, HELD_MOST, STEPS_SEEN, WORTH_TELLING
+cdef double PAUSE, JITTER, ADOPT, REGULAR, NOTHING, HELD_MOST, STEPS_SEEN, WORTH_TELLING
 cdef long WINDOW, BLOCK, FIRST, FAR, FEW
 
 

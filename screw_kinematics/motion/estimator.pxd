@@ -8,7 +8,7 @@ from .joint_estimator cimport JointEstimator
 from .joint_motion cimport JointMotion
 from ..core.bank cimport Bank
 
-cdef double LONGEST_AGE, PERIODS, ONWARD
+cdef double LONGEST_AGE, PERIODS, ONWARD, SHORTEST, PAUSE
 cdef long SETTLED
 
 
@@ -20,12 +20,12 @@ cdef class MotionEstimator(JointEstimator):
     cdef public Bank _bank
     cdef object _agreed
     cdef bint _trusted, _regularise
-    cdef double _shift, _back
+    cdef double _settled, _shift, _back
 
     @cython.locals(own=double, last=double, bank=Bank, period=double, before=double,
                    passed=double, ticks=double)
     cdef double _unset(self, double stamp, object position) except? -1e300
     @cython.locals(admission=Admission, clock=DeviceClock, bank=Bank, placed=Placed, own=double)
     cpdef object place(self, double stamp, object position, object velocity=*, object known=*)
-    @cython.locals(bank=Bank, wanted=bint, placed=Placed)
+    @cython.locals(bank=Bank, wanted=bint, early=bint, placed=Placed)
     cpdef object _take(self, double stamp, object position, object velocity)
