@@ -37,7 +37,8 @@ EXAMPLES = """\
   demo --duration 10 | tee demo.log       plain lines, one a second, for 10 s
 """
 _PATIENCE = 60.0
-_SETTLING = 1.0
+_SETTLING, _GAP = 1.0, 0.2
+"""Time in which the estimator settles, and pause after which it has to again [s]."""
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -120,10 +121,18 @@ class _Watch:
 
     def show_one(self) -> None:
         """Print one state beside the exact one, after the estimator has settled."""
-        end = time.monotonic() + _SETTLING + self._arguments.delay
-        while time.monotonic() < end:
-            self._listen(0.1)
+        begin = last = self._time()
+        while last - begin < _SETTLING + self._arguments.delay:
+            self._listen(0.05)
+            now = self._time()
+            if now - last > _GAP:
+                begin = now
+            last = now
         print(comparison(self._view()))
+
+    def _time(self) -> float:
+        """Return the instant of the newest state [s]."""
+        return stamp_of(self._listener.streams[self._outputs[0]].message()) * 1e-9
 
     def show_all(self) -> None:
         """Show states until the duration is over or a signal comes."""
