@@ -163,6 +163,9 @@ class Mixture:
         w: cython.double[::1] = c.weight
         mean: cython.double[::1] = c.mean
         e: cython.double[:, ::1] = self.work
+        # Noise is never below that of rounding, however well some samples lie on a line.
+        encoder: cython.double = c.signal(j).step_of_encoder()
+        least: cython.double = encoder * encoder / 12.0
         for a in range(10):
             e[a, 0] = 0.0
         m0: cython.double = 0.0
@@ -178,8 +181,8 @@ class Mixture:
             v: cython.double = w[first + k]
             if v < NEGLIGIBLE:
                 continue
-            s: cython.double = v * (self.known_noise if self.known_noise > 0.0
-                                    else mean[first + k])
+            noise: cython.double = mean[first + k] if mean[first + k] > least else least
+            s: cython.double = v * (self.known_noise if self.known_noise > 0.0 else noise)
             b0: cython.double = x[0, k] - m0
             b1: cython.double = x[1, k] - m1
             b2: cython.double = x[2, k] - m2

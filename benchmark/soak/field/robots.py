@@ -127,6 +127,7 @@ class FieldRobot:
         """Return what follows the stamp in the message with each reading."""
         q, qd, _ = self.motion(np.arange(SAMPLES) / RATE)
         q = np.round(q / ENCODER) * ENCODER
+        qd += np.random.default_rng(5).normal(0.0, 1e-4, qd.shape)
         return [message_body(self.chains[0].joint_names, position, velocity if self.velocity
                              else []) for position, velocity in zip(q.tolist(), qd.tolist())]
 

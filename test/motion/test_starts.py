@@ -1,0 +1,36 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""After each start of a run the estimates are as good as they say."""
+import numpy as np
+import pytest
+from screw_kinematics.motion import MotionEstimator
+
+STEP = 1e-5
+
+
+def motion(t, n=6):
+    """Return positions, velocities and accelerations that no encoder step suits."""
+    q, v, a = np.zeros((3, n))
+    for harmonic, amplitude in ((1, 0.3), (3, 0.1), (7, 0.03)):
+        w = 2 * np.pi * harmonic / 5
+        phase = w * t + np.arange(n) * 1.3 * harmonic
+        q, v, a = (q + amplitude * np.sin(phase), v + amplitude * w * np.cos(phase),
+                   a - amplitude * w**2 * np.sin(phase))
+    return q, v, a
+
+
+@pytest.mark.parametrize('delay', [0.0, 0.02])
+def test_rounded_positions_that_lie_on_a_line_make_no_estimate_certain(delay):
+    """A joint that moves by whole steps for a while has an error all the same."""
+    estimator, worst = MotionEstimator(6, delay=delay), 0.0
+    for run in range(40):
+        for k in range(60):
+            t = 0.46 * run + 1e-3 * k
+            found = estimator.update(t, np.round(motion(t)[0] / STEP) * STEP)
+            if found is not None:
+                _, v, a = motion(t - delay)
+                sizes = np.abs([found.velocity - v, found.acceleration - a])
+                deviations = np.sqrt(found.covariance[:, [1, 2], [1, 2]].T)
+                worst = max(worst, (sizes / deviations).max())
+    assert estimator.restarts['gap'] == 39
+    assert worst < 10.0
