@@ -33,52 +33,34 @@ class BuildCore(build_ext):
 
     def run(self) -> None:
         """Translate into the folder for temporary files, so that no source folder gets C."""
-        missing = missing_tool()
-        if missing:
-            print(f'{package_name}: the core will run interpreted, slower but right: {missing}',
+        problem = missing_tool()
+        if not problem:
+            self.parallel = self.parallel or os.cpu_count()
+            try:
+                self.translate()
+                super().run()
+            except Exception as error:      # what a compiler's end raises differs by setuptools
+                problem = str(error) or type(error).__name__
+        if problem:
+            print(f'{package_name}: the core will run interpreted, slower but right: {problem}',
                   file=sys.stderr)
-            self.extensions = []
-            return
-        self.parallel = self.parallel or os.cpu_count()
-        try:
-            self.translate(self.extensions)
-        except Exception:       # of one; the others are not to suffer
-            self.extensions = [e for e in self.extensions if self.can_translate(e)]
-        super().run()
+            self.forget()
 
-    def translate(self, extensions: list[Extension]) -> None:
-        """Let the sources of modules be C."""
+    def translate(self) -> None:
+        """Let the sources of the modules be C."""
         from Cython.Build import cythonize
-        translated = cythonize([Extension(e.name, e.sources) for e in extensions],
+        translated = cythonize([Extension(e.name, e.sources) for e in self.extensions],
                                build_dir=self.build_temp, quiet=True, nthreads=self.parallel,
                                compiler_directives={'language_level': 3})
-        for extension, made in zip(extensions, translated):
+        for extension, made in zip(self.extensions, translated):
             extension.sources = made.sources
 
-    def can_translate(self, extension: Extension) -> bool:
-        """Let the source of a module be C; one that Cython refuses stays interpreted."""
-        try:
-            self.translate([extension])
-        except Exception as error:
-            print(f'{package_name}: {extension.name} will run interpreted, slower but right: '
-                  f'{error}', file=sys.stderr)
-            return False
-        return True
-
-    def build_extensions(self) -> None:
-        """Compile; a module that the compiler refuses stays interpreted."""
-        self.failed: list[Extension] = []
-        super().build_extensions()
-        self.extensions = [e for e in self.extensions if e not in self.failed]
-
-    def build_extension(self, extension: Extension) -> None:
-        """Compile one module."""
-        try:
-            super().build_extension(extension)
-        except Exception as error:      # what a compiler's end raises differs by setuptools
-            print(f'{package_name}: {extension.name} will run interpreted, slower but right: '
-                  f'{error}', file=sys.stderr)
-            self.failed.append(extension)
+    def forget(self) -> None:
+        """Have no compiled module: they know each other's types, so all are, or none."""
+        for extension in self.extensions:
+            path = Path(self.build_lib, self.get_ext_filename(extension.name))
+            path.unlink(missing_ok=True)
+        self.extensions = []
 
 
 class BuildPackage(build_py):

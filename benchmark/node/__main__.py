@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterable, Sequence
 from contextlib import ExitStack
 from dataclasses import asdict, dataclass, field
 import json
+import math
 from pathlib import Path
 import time
 
@@ -134,8 +135,9 @@ def spread(values: Iterable[float], digits: int = 0) -> str:
 
 
 def ratios(of: Iterable[float], to: Iterable[float]) -> str:
-    """Return the ratios within the rounds as text."""
-    return spread([a / b for a, b in zip(of, to)], 2)
+    """Return the ratios within the rounds as text, but for rounds in which nothing came."""
+    rounds = [a / b for a, b in zip(of, to) if 0.0 < a < math.inf and 0.0 < b < math.inf]
+    return spread(rounds, 2) if rounds else 'none'
 
 
 def comparison_table(figures: dict[str, Figures]) -> Table:

@@ -15,7 +15,7 @@ from ..messages.base_motion import BaseSample
 from ..messages.joint_state import JointSample
 from ..messages.wrench import WrenchSample
 from ..pipeline.account import Account
-from ..pipeline.kinematics import Kinematics
+from ..pipeline.kinematics import Kinematics, State
 from ..pipeline.moving_base import BaseFrames, MovingBase
 from ..pipeline.robot_model import (
     build_model, check_outputs, continuous_joints, plausible_velocities)
@@ -75,7 +75,7 @@ class Robot:
         state = None
         try:
             state = pipeline.take(sample)
-            if not isinstance(state, Reason):
+            if isinstance(state, State):
                 self.publishers.publish(state)
                 self.stamp_ns = state.stamp_ns
         except Exception as error:      # a fault of one robot must not end the others

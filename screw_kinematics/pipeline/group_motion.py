@@ -155,7 +155,7 @@ class EstimatedMotion:
 
     def _estimate(self, reading: Reading, velocity: Sequence[float] | None) -> Motion | Reason:
         estimate = self.estimator.step(reading.stamp_ns, reading.position, velocity)
-        if isinstance(estimate, Reason):
+        if not isinstance(estimate, JointMotion):
             return estimate
         values = estimate.values
         if self._order < 3:

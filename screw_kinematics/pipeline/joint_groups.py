@@ -160,7 +160,7 @@ class JointGroups:
         layout = self._layouts.get(sample.names)
         if layout is None:
             layout = self._new_layout(sample.names)
-        if isinstance(layout, Reason):
+        if not isinstance(layout, NameLayout):
             return layout
         if len(sample.position) != layout.length:
             return Reason.WRONG_LENGTH

@@ -11,8 +11,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from .account import Account
-from .group_motion import GroupMotion, make_motion
-from .joint_groups import JointGroup, JointGroups, listed
+from .group_motion import GroupMotion, make_motion, Motion
+from .joint_groups import JointGroup, JointGroups, listed, Reading
 from .kinematics import Kinematics, State
 from .moving_base import MovingBase
 from .settings import MotionSettings
@@ -118,7 +118,7 @@ class RobotPipeline:
         if self._offset_ns:
             sample = sample._replace(stamp_ns=sample.stamp_ns + self._offset_ns)
         reading = self._groups.read(sample)
-        if isinstance(reading, Reason):
+        if not isinstance(reading, Reading):
             return close(reading)
         self._watches[reading.group.columns].update(reading)
         kinematics = self._kinematics
@@ -127,10 +127,10 @@ class RobotPipeline:
         motion = self._motions.get(reading.group.columns) or self._begin(
             reading.group, kinematics)
         moving = motion.update(reading)
-        if isinstance(moving, Reason):
+        if not isinstance(moving, Motion):
             return close(moving)
         whole = self._synchronizer.add(reading.group, moving)
-        if isinstance(whole, Reason):
+        if not isinstance(whole, Motion):
             return close(whole)
         base = None
         if kinematics.moving_base:
