@@ -29,6 +29,7 @@ _GRID = 8e-3        # of the search [s]
 _ROWS = 300         # that it looks at
 _STEP = 500_000     # to either side of an instant, for the features' slope [ns]
 _FEWEST = 50
+_UNLIKELY = 4.0     # less log likelihood, twice, than the best offset has
 _ITERATIONS = 30
 
 
@@ -130,8 +131,12 @@ def find_offset(joint_stamps: Array, stamps: Array, groups: Sequence[Channels]) 
     if not abs(offset) < SEARCH:
         raise ToolError(f'no offset within {SEARCH} s fits: is it the same motion?')
     deviation, drift_deviation = np.sqrt(np.diag(covariance))
+    # Where the motion hardly tells, the slope at the minimum does not say how far it reaches.
+    likely = offsets[len(at[::thin]) * (np.array(misfits) - min(misfits)) < _UNLIKELY]
+    reach = float(likely[-1] - likely[0])
+    deviation = max(float(deviation), reach if reach > 2 * _GRID else 0.0)
     return ClockOffset(
-        offset, float(deviation), drift, float(drift_deviation),
+        offset, deviation, drift, float(drift_deviation),
         [1 - float((r**2).sum() / ((g.values - g.values.mean(axis=0))**2).sum())
          for g, (_, r) in zip(groups, fits)],
         [r.std(axis=0) for _, r in fits], [b for b, _ in fits],

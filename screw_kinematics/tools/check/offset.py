@@ -67,6 +67,7 @@ def _report_clocks(topic: str, settings: RobotSettings, stream: Stream, found: C
         f'{"early" if found.offset > 0 else "late"} against those of the joint states '
         f'(offset {1e3 * found.offset:+.3f} ms, 95 % between {1e3 * low:+.3f} and '
         f'{1e3 * high:+.3f} ms)',
+        '' if found.deviation > _VAGUE else
         f'set {settings.name}.stamp_offset: {settings.motion.stamp_offset - found.offset:.6f}, or '
         f'add {found.offset:+.6f} s to its stamps')
     if abs(found.drift) > 3 * found.drift_deviation and abs(found.drift) > 1e-5:
