@@ -170,7 +170,7 @@ def running_cluster(folder, workers=2):
                 [sys.executable, '-m', f'distributed.cli.dask_{command[0]}', *command[1:]],
                 env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
                 cwd=folder))
-        end = time.monotonic() + 60
+        end = time.monotonic() + 300
         while not about.exists() or not about.read_text().endswith('}'):
             assert time.monotonic() < end
             time.sleep(0.1)
@@ -190,7 +190,7 @@ def test_a_worker_that_dies_costs_its_blocks_only(tmp_path, monkeypatch):
     tasks = [Task(source, folder=tmp_path / 'cluster', name=source.name, **common)
              for source in find_sources([str(day)])]
     with running_cluster(tmp_path) as (address, workers), cluster(address, 2) as client:
-        client.wait_for_workers(2, timeout=60)
+        client.wait_for_workers(2, timeout=300)
         killed = []
 
         def progress(task, samples, expected):

@@ -92,6 +92,27 @@ def test_a_browser_shows_it(page, tmp_path):
     assert (np.abs(image[..., :3] - colour).max(axis=2) < 0.05).sum() > 200
 
 
+@pytest.mark.skipif(BROWSER is None, reason='no Chromium')
+@pytest.mark.parametrize('width', [390, 1200])
+def test_nothing_sticks_out_of_the_page(page, width):
+    api = pytest.importorskip('playwright.sync_api')
+    with api.sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=shutil.which(BROWSER), args=[
+            '--no-sandbox', '--disable-gpu', '--disable-dev-shm-usage'], timeout=120_000)
+        view = browser.new_page(viewport={'width': width, 'height': 900})
+        view.goto(page.as_uri())
+        view.evaluate("document.querySelectorAll('details').forEach(each => each.open = true)")
+        assert view.evaluate('document.documentElement.scrollWidth') == width
+
+
+def test_ticks_of_a_logarithm_are_round():
+    for low, high, expected in ((-1.3, 0.8, [0.1, 0.2, 0.5, 1, 2, 5]), (-3, 0.8, [
+            0.001, 0.003, 0.01, 0.03, 0.1, 0.3, 1, 3]), (0.05, 0.25, [1.2, 1.3, 1.4, 1.5, 1.6, 1.7])):
+        text = pictures.distribution('x', 'y', np.logspace(low, high, 50), np.ones(49))
+        ticks = [float(x) for x in re.findall(r'text-anchor="middle">([\d.]+)<', text)]
+        np.testing.assert_allclose(ticks, expected)
+
+
 def test_distributions_leave_out_what_never_was():
     seconds = np.zeros(len(EDGES) - 1)
     assert pictures.distribution('x', 'y', EDGES, seconds) == ''

@@ -31,7 +31,7 @@ from ...pipeline.settings import RobotSettings
 from ...recordings import records
 from ...recordings.fleet import cluster, in_order, process_all
 from ...recordings.processing import FORMS, Outcome, process, Task
-from ...recordings.sources import find_sources
+from ...recordings.sources import find_sources, without_password
 from ...recordings.states import LEFT_OUT, Run
 from ...recordings.tables import ENDINGS
 
@@ -154,7 +154,8 @@ def _many(arguments: argparse.Namespace, tasks: Sequence[Task]) -> list[Outcome]
         # What no earlier run has written is somebody's.
         problem = '' if arguments.force or records.known(task) else _in_the_way(task)
         if problem:
-            before[task.name] = Outcome(task.name, task.source.place, 0, error=problem)
+            before[task.name] = Outcome(task.name, without_password(task.source.place), 0,
+                                        error=problem)
     left = [task for task in tasks if before[task.name] is None]
     done = {name: outcome for name, outcome in before.items() if outcome is not None}
     unchanged = sum(outcome.before for outcome in done.values())

@@ -114,8 +114,8 @@ class _Scale:
         bottom = self.top + self.height
         parts = [f'<rect x="{self.at}" y="{self.top}" width="{self.width}" '
                  f'height="{self.height}" fill="none" stroke="#999"/>']
-        for value in _ticks(self.left, self.right):
-            text = f'{10**value:.2g}' if logarithmic else f'{value:g}'
+        for value in (_ticks_of_decades if logarithmic else _ticks)(self.left, self.right):
+            text = f'{10**value:g}' if logarithmic else f'{value:g}'
             parts.append(_text(float(self.x(value)), bottom + 13, text, 'middle'))
         for value in _ticks(self.low, self.high):
             parts.append(_text(self.at - 4, float(self.y(value)) + 4, f'{value:g}', 'end'))
@@ -130,6 +130,16 @@ def _ticks(low: float, high: float) -> list[float]:
     step *= 5 if (high - low) / step > 20 else 2 if (high - low) / step > 9 else 1
     first = math.ceil(low / step - 1e-9)
     return [round(k * step, 12) for k in range(first, math.floor(high / step + 1e-9) + 1)]
+
+
+def _ticks_of_decades(low: float, high: float) -> list[float]:
+    """Return the logarithms of some round values in a range of logarithms."""
+    if high - low < 0.6:
+        return [math.log10(value) for value in _ticks(10**low, 10**high)]
+    steps = (1, 2, 5) if high - low < 3 else (1, 3) if high - low < 4.5 else (1,)
+    found = [decade + math.log10(step) for decade in range(math.floor(low), math.ceil(high) + 1)
+             for step in steps]
+    return [value for value in found if low <= value <= high]
 
 
 def _text(x: float, y: float, text: str, anchor: str) -> str:

@@ -17,10 +17,11 @@ from ...recordings.summary import EDGES, MotionSummary, NEAR_SINGULAR
 
 _STYLE = """\
 body { font: 15px/1.45 system-ui, sans-serif; margin: 2em auto; max-width: 62em; padding: 0 1em;
-       color: #222; background: #fff }
-table { border-collapse: collapse; margin: .6em 0 }
-td, th { border-bottom: 1px solid #ddd; padding: .2em .8em .2em 0; text-align: right }
-td:first-child, th:first-child { text-align: left }
+       color: #222; background: #fff; overflow-wrap: anywhere }
+table { border-collapse: collapse; margin: .6em 0; display: block; overflow-x: auto }
+td, th { border-bottom: 1px solid #ddd; padding: .2em .8em .2em 0; text-align: right;
+         white-space: nowrap }
+td:first-child, th:first-child { text-align: left; white-space: normal; min-width: 8em }
 figure { display: inline-block; width: 29em; max-width: 100%; margin: .4em 1em .4em 0;
          vertical-align: top }
 figcaption { color: #555; font-size: 13px }
@@ -146,7 +147,8 @@ def _recordings(count: int) -> str:
 def _share(found: MotionSummary) -> str:
     if np.isnan(found.near_singular):
         return '?'
-    return f'{100 * found.near_singular / max(found.seconds, 1e-9):.2g} %'
+    share = 100 * found.near_singular / max(found.seconds, 1e-9)
+    return f'{share:.0f} %' if share >= 10 else f'{share:.2g} %'
 
 
 def _stamps(robot: RobotOutcome) -> str:
