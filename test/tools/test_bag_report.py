@@ -106,8 +106,9 @@ def test_nothing_sticks_out_of_the_page(page, width):
 
 
 def test_ticks_of_a_logarithm_are_round():
-    for low, high, expected in ((-1.3, 0.8, [0.1, 0.2, 0.5, 1, 2, 5]), (-3, 0.8, [
-            0.001, 0.003, 0.01, 0.03, 0.1, 0.3, 1, 3]), (0.05, 0.25, [1.2, 1.3, 1.4, 1.5, 1.6, 1.7])):
+    for low, high, expected in (
+            (-1.3, 0.8, [0.1, 0.2, 0.5, 1, 2, 5]), (0.05, 0.25, [1.2, 1.3, 1.4, 1.5, 1.6, 1.7]),
+            (-3, 0.8, [0.001, 0.003, 0.01, 0.03, 0.1, 0.3, 1, 3])):
         text = pictures.distribution('x', 'y', np.logspace(low, high, 50), np.ones(49))
         ticks = [float(x) for x in re.findall(r'text-anchor="middle">([\d.]+)<', text)]
         np.testing.assert_allclose(ticks, expected)
