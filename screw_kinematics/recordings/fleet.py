@@ -32,7 +32,7 @@ _LOCAL = {
     # Nobody looks at profiles, which cost some percent of each core.
     'distributed.worker.profile.enabled': False,
     'distributed.admin.system-monitor.gil.enabled': False,
-    # A core each. In place of what dask sets, by which arrays are mapped and unmapped all the time.
+    # A core each. Not what dask sets beside these: by it arrays are mapped and unmapped always.
     'distributed.nanny.pre-spawn-environ': {
         'OMP_NUM_THREADS': 1, 'MKL_NUM_THREADS': 1, 'OPENBLAS_NUM_THREADS': 1},
 }
