@@ -15,6 +15,8 @@ from ..errors import Reason
 from ..messages.wrench import WrenchSample
 from ..screws.se3 import Array
 
+_FEW = 0.01     # share of the states without a wrench, at both ends of a recording
+
 
 class WrenchSensor:
     """
@@ -90,11 +92,11 @@ class WrenchSensor:
         """Return the wrench at an instant, or why there is none: it is awaited, or never comes."""
         return self._stream.at(stamp_ns)
 
-    def findings(self) -> list[str]:
-        """Return what is to be said of a recorded sensor."""
+    def findings(self, states: int) -> list[str]:
+        """Return what is to be said of a recorded sensor, beside so many states."""
         topic, refused = self.settings.wrench_topic, self.account.refused
         found = [f'{topic}: {n} wrenches refused: {reason}' for reason, n in refused.items()]
-        if self.left_out:
+        if self.left_out.total() > _FEW * states:
             found.append(f'{topic}: no wrench was measured around {self.left_out.total()} of the '
                          'instants of the joints; do their clocks agree?')
         return found

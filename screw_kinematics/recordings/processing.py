@@ -272,7 +272,7 @@ def _process_robot(task: Task, recording: Recording | JointTable, robot: Recorde
         account.outputs, {str(reason): n for reason, n in sorted(account.refused.items()) if n},
         robot.groups.missing(), robot.period, longest, *accuracy.result(),
         None if summarizer is None or not account.outputs else summarizer.summary,
-        [*robot.findings, *(robot.sensor.findings() if robot.sensor else ())],
+        [*robot.findings, *(robot.sensor.findings(account.outputs) if robot.sensor else ())],
         table(differences) if differences else '', sum(d.compared for d in differences))
 
 
