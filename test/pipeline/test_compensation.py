@@ -6,18 +6,21 @@ import pytest
 
 pytest.importorskip('mujoco')
 
-from screw_kinematics import models    # noqa: E402
+from screw_kinematics import Joint, models, SerialChain    # noqa: E402
 from screw_kinematics.errors import ParameterError, Reason    # noqa: E402
 from screw_kinematics.messages.joint_state import JointSample    # noqa: E402
 from screw_kinematics.messages.wrench import read_wrench, WrenchSample    # noqa: E402
 from screw_kinematics.pipeline.compensation import Compensation, WrenchWriter    # noqa: E402
-from screw_kinematics.pipeline.kinematics import Kinematics    # noqa: E402
+from screw_kinematics.pipeline.group_motion import Motion    # noqa: E402
+from screw_kinematics.pipeline.kinematics import Kinematics, State    # noqa: E402
 from screw_kinematics.pipeline.parameter_file import robot_settings    # noqa: E402
 from screw_kinematics.pipeline.payload import felt_wrench, Payload    # noqa: E402
 from screw_kinematics.pipeline.robot_model import build_model    # noqa: E402
 from screw_kinematics.pipeline.robot_pipeline import RobotPipeline    # noqa: E402
 from screw_kinematics.pipeline.robot_program import compile_robot    # noqa: E402
 from screw_kinematics.pipeline.wrench_sensor import WrenchSensor    # noqa: E402
+from screw_kinematics.programs.moving_base import MovingBaseProgram    # noqa: E402
+from screw_kinematics.screws.rigid import row_of_pose    # noqa: E402
 from support import loaded_arm as arm    # noqa: E402
 
 START = 1_700_000_000_000_000_000
@@ -102,6 +105,39 @@ def test_axes_and_points_of_other_outputs_do_not_matter(values):
     _, force, torque = residual(rig)
     assert len(rig.messages) > 400 and {m.frame_id for m in rig.messages} == {arm.FRAME}
     assert force < 0.05 and torque < 0.005, (force, torque)
+
+
+@pytest.mark.parametrize('pole', ['tip', 'base'])
+@pytest.mark.parametrize('axes', ['base', 'tip'])
+def test_a_base_that_moves_is_felt_too(axes, pole):
+    """A vehicle's joints and the arm's as one chain that stands still feel the same."""
+    vehicle = [Joint('x', 'prismatic', axis=(1, 0, 0)), Joint('y', 'prismatic', axis=(0, 1, 0)),
+               Joint('tilt', 'revolute', axis=(0.6, 0, 0.8))]
+    seat = SerialChain(vehicle, base_frame='odom')
+    chain = models.load_urdf(arm.urdf(), tip_frame='tool0')
+    one = SerialChain([*vehicle, *chain.joints], chain.T_base_tool, 'odom', 'tool0',
+                      fixed_frames=chain.fixed_frames)
+    motion = np.random.default_rng(3).normal(size=(3, 9))
+    needs = ('pose', 'twist', 'accel')
+    moved = MovingBaseProgram(chain, needs, axes, pole)
+    state = seat.state(*motion[:, :3], *np.zeros((2, 3)))
+    base = [*row_of_pose(state.pose), *np.ravel(state.body_derivatives())]
+    alone = one.compile(needs, axes, pole)
+    settings = robot_settings('arm', {**GIVEN, 'expressed_in': axes, 'reference_point': pole,
+                                      'base_motion_topic': 'odom'})
+    found = []
+    for program, inputs in ((moved, [*motion[:, 3:].ravel(), *base]),
+                            (alone, motion.ravel().tolist())):
+        sensor = WrenchSensor(settings)
+        sensor.mount(one)
+        sensor.take(WrenchSample(START, arm.FRAME, (1.0, 2.0, 3.0, 0.1, 0.2, 0.3)))
+        writer = WrenchWriter(program.slices, settings, sensor)
+        values = program.evaluate(inputs)
+        found.append(read_wrench(writer.encode(State(START, values, Motion(START, []), 2))).values)
+    np.testing.assert_allclose(found[0], found[1], rtol=1e-9, atol=1e-9)
+    still = alone.evaluate([*motion[0], *np.zeros(18)])
+    resting = read_wrench(writer.encode(State(START, still, Motion(START, []), 2))).values
+    assert np.abs(np.subtract(resting, found[1])).max() > 1
 
 
 def test_contact_is_what_is_left_whoever_exerts_the_measured_wrench():
