@@ -26,6 +26,8 @@ ARGUMENTS = (
     ('outputs', 'twist,accel', 'of pose, twist, accel, reduced_accel, jerk, snap, velocity, '
                                'twist_with_covariance, accel_with_covariance, markers'),
     ('joint_states_topic', 'joint_states', 'or several, with commas between'),
+    ('base_motion_topic', '', 'odometry of a base that drives; motion is then relative to its '
+                              'frame'),
     ('frame_prefix', '', 'put before the names of frames'),
     ('delay', '0.0', 'honest delay of the estimates [s]; 0.02 makes accelerations several times '
                      'as accurate'),
@@ -62,6 +64,7 @@ def start(context):
         f'{robot}.tip_frame': text(given['tip_frame']),
         f'{robot}.outputs': outputs,
         f'{robot}.joint_states_topic': given['joint_states_topic'].split(','),
+        f'{robot}.base_motion_topic': text(given['base_motion_topic']),
         f'{robot}.frame_prefix': text(given['frame_prefix']),
         f'{robot}.estimator.delay': float(given['delay']),
     }]

@@ -47,7 +47,7 @@ def test_check_imu_of_a_running_system(context, offset_ns):
     node = rclpy.create_node('source', context=context)
     states = node.create_publisher(JointState, 'joint_states', 100)
     shown = node.create_publisher(Imu, 'imu/data', 100)
-    t = np.arange(0, 120, STEP * 1e-9)
+    t = np.arange(0, 200, STEP * 1e-9)
     q, qd = MOTION.derivatives(t, 1)
     gyroscope, force = measured(t, np.random.default_rng(1))
     run = subprocess.Popen(
@@ -58,6 +58,8 @@ def test_check_imu_of_a_running_system(context, offset_ns):
         stamp = START + k * STEP
         states.publish(joint_state(ARM.joint_names, stamp, q[k], qd[k]))
         shown.publish(imu(stamp - offset_ns, gyroscope[k], force[k]))
+        if k % 4:       # a busy machine must see enough of the motion, too
+            continue
         try:
             run.wait(0.003)
             break
