@@ -15,6 +15,7 @@ import pytest
 pytest.importorskip('launch_ros')
 from geometry_msgs.msg import AccelStamped, TwistStamped    # noqa: E402, I100
 from lifecycle_msgs.srv import GetState    # noqa: E402
+from nav_msgs.msg import Odometry    # noqa: E402
 import rclpy    # noqa: E402
 from support.rig import joint_state, KEEP, LIMIT, PUMA, smooth_motion    # noqa: E402
 from visualization_msgs.msg import MarkerArray    # noqa: E402
@@ -160,3 +161,21 @@ def test_a_word_that_is_neither_true_nor_false_is_refused(prefix):
                          capture_output=True, text=True)
     assert run.returncode == 1
     assert 'provided value "maybe" is not valid' in run.stdout + run.stderr
+
+
+def test_a_base_that_drives_is_an_argument(launched):
+    with launched('kinematic_states.launch.py', 'robot:=arm', f'description:={PUMA}',
+                  'base_motion_topic:=odom') as (node, wait):
+        twists = listen(node, TwistStamped, 'arm/twist')
+        base = node.create_publisher(Odometry, 'odom', KEEP)
+
+        def driven():
+            message = Odometry(child_frame_id='base')
+            message.header.frame_id = 'odom'
+            message.header.stamp = node.get_clock().now().to_msg()
+            message.pose.pose.orientation.w = 1.0
+            message.twist.twist.linear.x = 0.5
+            base.publish(message)
+            return bool(twists)
+        feed(node, 'joint_states', JOINTS, wait, driven)
+        assert twists[-1].header.frame_id == 'odom'
