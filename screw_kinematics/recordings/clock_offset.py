@@ -30,6 +30,8 @@ _ROWS = 300         # that it looks at
 _STEP = 500_000     # to either side of an instant, for the features' slope [ns]
 _FEWEST = 50
 _UNLIKELY = 4.0     # less log likelihood, twice, than the best offset has
+_LOST = 4.0         # periods of the joints: in a longer step samples are lost
+_SHORT = 3e7        # step over which motion is interpolated anyway [ns]
 _ITERATIONS = 30
 
 
@@ -137,7 +139,7 @@ def find_offset(joint_stamps: Array, stamps: Array, groups: Sequence[Channels]) 
     deviation = max(float(deviation), reach if reach > 2 * _GRID else 0.0)
     return ClockOffset(
         offset, deviation, drift, float(drift_deviation),
-        [1 - float((r**2).sum() / ((g.values - g.values.mean(axis=0))**2).sum())
+        [1 - float((r**2).mean() / ((g.values - g.values.mean(axis=0))**2).mean())
          for g, (_, r) in zip(groups, fits)],
         [r.std(axis=0) for _, r in fits], [b for b, _ in fits],
         max(int((at[-1] - at[0]) * 1e-9 / BLOCK) - 2, 1))
@@ -204,26 +206,40 @@ def _features(joint_stamps: Array, features: Array, at: Array) -> Array:
     return np.concatenate([found, np.ones((len(at), 1))], axis=1)
 
 
+def _covered(joint_stamps: Array, at: Array) -> Array:
+    """Return at which instants the joints' motion is known: not where samples of it are lost."""
+    steps = np.diff(joint_stamps)
+    longest = max(_LOST * float(np.median(steps)), _SHORT)
+    after = np.clip(np.searchsorted(joint_stamps, at, side='right'), 1, len(steps))
+    return np.asarray(steps[after - 1] <= longest)
+
+
 def _misfit(joint_stamps: Array, at: Array, group: Channels, offset: float, thin: int) -> float:
     """Return the logarithm of what is left, by which groups of any units can be added."""
-    x = _features(joint_stamps, group.features, at + round(offset * 1e9))
-    y = group.values[::thin]
+    at = at + round(offset * 1e9)
+    known = _covered(joint_stamps, at)
+    if known.sum() < _FEWEST:
+        return float('inf')
+    x, y = _features(joint_stamps, group.features, at[known]), group.values[::thin][known]
     rest = y - x @ np.linalg.lstsq(x, y, rcond=1e-10)[0]
-    return float(np.log((rest**2).sum(axis=0) + 1e-30).sum())
+    return float(np.log((rest**2).mean(axis=0) + 1e-30).sum())
 
 
 def _improve(joint_stamps: Array, at: Array, groups: Sequence[Channels], offset: float,
              drift: float, middle: Array) -> tuple[Array, Array, list[tuple[Array, Array]]]:
     """Return a Gauss-Newton step of offset and drift, their covariance, and the fits."""
     shifted = at + np.rint((offset + drift * middle) * 1e9).astype(np.int64)
-    block = ((at - at[0]) // round(BLOCK * 1e9)).astype(int)
+    known = _covered(joint_stamps, shifted)
+    shifted, middle = shifted[known], middle[known]
+    block = ((at[known] - at[0]) // round(BLOCK * 1e9)).astype(int)
     normal, scores = np.zeros((2, 2)), np.zeros((2, int(block[-1]) + 1))
     fits = []
     for group in groups:
         x, before, after = (_features(joint_stamps, group.features, shifted + step)
                             for step in (0, -_STEP, _STEP))
-        b = np.linalg.lstsq(x, group.values, rcond=1e-10)[0]
-        rest = group.values - x @ b
+        values = group.values[known]
+        b = np.linalg.lstsq(x, values, rcond=1e-10)[0]
+        rest = values - x @ b
         slope = (after - before) @ b / (2e-9 * _STEP)
         basis = np.linalg.svd(x, full_matrices=False)
         q = basis[0][:, basis[1] > 1e-10 * basis[1][0]]

@@ -58,7 +58,7 @@ def test_check_imu_of_a_running_system(context, offset_ns):
         stamp = START + k * STEP
         states.publish(joint_state(ARM.joint_names, stamp, q[k], qd[k]))
         shown.publish(imu(stamp - offset_ns, gyroscope[k], force[k]))
-        if k % 4:       # a busy machine must see enough of the motion, too
+        if k % 2:       # a busy machine must see enough of the motion, too
             continue
         try:
             run.wait(0.003)
@@ -79,4 +79,4 @@ def test_check_imu_of_a_running_system(context, offset_ns):
     np.testing.assert_allclose(bias, BIAS, atol=2e-3)
     left = [float(x) for x in re.search(
         r'specific force is .*; left are ([\d.]+), ([\d.]+), ([\d.]+)', out).groups()]
-    np.testing.assert_allclose(left, NOISE[1], rtol=0.1)
+    np.testing.assert_allclose(left, NOISE[1], rtol=0.2)

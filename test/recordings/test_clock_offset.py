@@ -129,8 +129,8 @@ def test_what_tells_nothing_is_said(joints):
         find_offset(joints.stamps, stream.stamps, channels(stream, still))
 
 
-def recorded(path, offset, seed=0):
-    """Write a bag of joint states and an IMU on the tip; return its path."""
+def recorded(path, offset, seed=0, lost=lambda ns: False):
+    """Write a bag of joint states and an IMU on the tip, some lost; return its path."""
     types = rec.TYPES.types
     vector, quaternion = types['geometry_msgs/msg/Vector3'], types['geometry_msgs/msg/Quaternion']
     stream = measured(IMU, np.arange(0.003, 8, 0.005), offset, np.random.default_rng(seed))
@@ -140,7 +140,20 @@ def recorded(path, offset, seed=0):
                              np.zeros(9), vector(*row[:3]), np.zeros(9), vector(*row[3:]),
                              np.zeros(9))
         messages.append(('/imu/data', IMU, stamp, bytes(rec.TYPES.serialize_cdr(message, IMU))))
-    return rec.write_bag(path, sorted(messages, key=lambda m: m[2]))
+    kept = [m for m in messages if not lost(m[2] - rec.START)]
+    return rec.write_bag(path, sorted(kept, key=lambda m: m[2]))
+
+
+def test_where_samples_are_lost_nothing_is_made_up(tmp_path, capsys):
+    """A listener that stands still for 120 ms three times a second, as on a busy machine."""
+    path = recorded(tmp_path / 'run', 0.03, lost=lambda ns: ns // 1e6 % 300 > 180)
+    assert check.main(['imu', str(path), '--robot', PUMA, '--topic', '/imu/data']) == 0
+    out = capsys.readouterr().out
+    shown = float(re.search(r'\(offset ([+-][\d.]+) ms', out)[1])
+    assert abs(shown - 30) < 0.5
+    left = np.array([float(x) for x in re.search(
+        r'specific force is .*; left are ([\d.]+), ([\d.]+), ([\d.]+)', out).groups()])
+    np.testing.assert_allclose(left, 0.1, rtol=0.1)
 
 
 @pytest.mark.parametrize('offset', [0.0, 0.03])
