@@ -154,7 +154,7 @@ class _Picture:
                               '-', label='instantaneous screw axis')
         if self.distance > 0.5 * self.robot_size:
             # Perpendicular to the axis, from the tip: how far away the axis is.
-            to_axis = self._axis_point - self._tip
+            to_axis: Array = self._axis_point - self._tip
             to_axis = to_axis - self._screw.axis * (self._screw.axis @ to_axis)
             end = self._tip + to_axis * min(
                 1.0, 0.55 * self._size / float(np.linalg.norm(to_axis))

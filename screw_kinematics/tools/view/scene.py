@@ -208,7 +208,7 @@ class RobotScene:
         through = snapshot.pose[:3, 3] if np.isinf(screw.pitch) else (
             snapshot.pose[:3, 3] + screw.point)
         axis = screw.axis if moving else np.array([0.0, 0.0, 1.0])
-        middle = through - axis * (axis @ through)      # nearest to the base
+        middle: Array = through - axis * (axis @ through)      # nearest to the base
         ends = np.stack([middle - 1.2 * self._size * axis, middle + 1.2 * self._size * axis])
         self._draw_lines('screw axis', [ends[None]], SCREW, 0.012 * self._size,
                          bool(moving and self.shown['screw']))
