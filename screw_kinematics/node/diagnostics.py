@@ -32,6 +32,9 @@ HARMLESS = (Reason.NO_JOINT, Reason.JOINTS_MISSING)
 ADVICE = {Reason.NO_VELOCITY: f"velocity_source is 'measured': {NO_VELOCITIES}"}
 """What is to be said beyond a reason, whatever the message."""
 
+STOOD = 1.0
+"""Without time for its housekeeping for longer than this, the node stood still [s]."""
+
 FOREIGN_AGE = 10.0
 """Outputs that keep coming and are older than this, or so far ahead, are of another clock [s]."""
 
@@ -59,6 +62,8 @@ class Diagnostics:
         self._logged: Counter[str] = Counter()
         self._last_log = -LOG_PERIOD
         self._incomplete: dict[str, float] = {}
+        self._kept = time.monotonic()
+        self._stood = (0, 0.0)
         self._faulty: dict[tuple[str, str], float] = {}
         self._core = core.build()
 
@@ -122,6 +127,25 @@ class Diagnostics:
             self._last_log = now
         self._logged = counts
 
+    def note_stop(self, period: float) -> None:
+        """
+        Note, and log, that the node had no time for long.
+
+        Parameters
+        ----------
+        period : float
+            After which this is called again, if there is time [s].
+
+        """
+        late, self._kept = time.monotonic() - self._kept - period, time.monotonic()
+        if late > STOOD:
+            times_stood, longest = self._stood
+            self._stood = times_stood + 1, max(longest, late)
+            self._node.get_logger().warning(
+                f'stood still for {late:.1f} s: stopped, or without a processor; of the joint '
+                'states that came meanwhile those that the queue of a topic held are worked off '
+                'now, the older ones are lost')
+
     def _log_missing(self, robot: Robot, now: float) -> None:
         """Log once that messages come and joints are missing, when that lasts."""
         if robot.pipeline is None or not robot.account.received or not robot.pipeline.missing():
@@ -149,6 +173,8 @@ class Diagnostics:
         level, message = (OK, state) if self._core.compiled else (WARN, str(self._core))
         values: dict[str, Any] = {'state': state, 'robots': ', '.join(robots),
                                   'core': self._core.state}
+        if self._stood[0]:
+            values['stood still'] = f'{times(self._stood[0])}, for {self._stood[1]:.1f} s at most'
         for topic, joint_input in inputs.items():
             values[f'{topic} publishers'] = joint_input.publishers
             values[f'{topic} received'] = joint_input.received
@@ -251,6 +277,7 @@ def _values(now: Time, robot: Robot, counts: _Counts, since: _Counts) -> dict[st
     if pipeline is None:
         return values
     values['model'] = repr(robot.model)
+    values['lost by their stamps'] = pipeline.lost
     values['joints missing'] = listed(pipeline.missing())
     age = _age(now, robot)
     outputs = counts.outputs - since.outputs

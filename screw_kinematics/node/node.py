@@ -230,6 +230,7 @@ class KinematicStatePublisher(LifecycleNode):
     # At low rate
 
     def _keep_house(self) -> None:
+        self._diagnostics.note_stop(HOUSEKEEPING_PERIOD)
         self._worker.collect()
         now = self.get_clock().now().nanoseconds * 1e-9
         for joint_input in self.inputs.values():

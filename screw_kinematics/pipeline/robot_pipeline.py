@@ -207,6 +207,11 @@ class RobotPipeline:
         faults = [f for watch in self._watches.values() for f in watch.findings(publishers)]
         return faults if self.base is None else [*faults, *self.base.faults()]
 
+    @property
+    def lost(self) -> int:
+        """How many readings never came, as far as pauses in the stamps tell."""
+        return sum(watch.lost for watch in self._watches.values())
+
     def estimators(self) -> list[JointEstimator]:
         """Return the estimators at work."""
         return [m.estimator for m in self._motions.values() if m.estimator is not None]

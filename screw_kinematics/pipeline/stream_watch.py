@@ -25,6 +25,12 @@ ENOUGH = 20
 NO_VELOCITIES = "set velocity_source to 'auto', which needs none"
 """What to do where measured velocities are asked for and there are none."""
 
+PAUSE, PERIODS = 50_000_000, 10
+"""Stamps further apart than this [ns], and than so many periods, have lost what lay between."""
+
+JUMPED = 60_000_000_000
+"""Stamps further apart than this [ns] are of a clock that was set."""
+
 FORGET = 0.99
 """Per look, so that what has stopped is no longer told."""
 
@@ -53,6 +59,9 @@ class StreamWatch:
         self._start: Sequence[float] | None = None
         self._resting = [0] * len(names)
         """How often each joint had moved on while its velocity was zero; -1: never again."""
+        self.lost = 0
+        """About how many readings never came, as far as pauses in the stamps tell."""
+        self._stamp, self._period, self._pause = 0, 0, 1 << 62
         self._count = 0
         self._last: list[Sequence[float]] = []
         self._there_and_back = [0.0] * len(names)
@@ -61,8 +70,17 @@ class StreamWatch:
 
     def update(self, reading: Reading) -> None:
         """Take a reading."""
+        passed = reading.stamp_ns - self._stamp
+        self._stamp = reading.stamp_ns
+        if self._pause < passed < JUMPED:
+            self.lost += round(passed / self._period) - 1
         self._count += 1
         if self._count > EVERY - 3:
+            if self._count == EVERY and passed > 0:
+                # The mean, as some come in bursts.
+                self._period = passed if not self._period else max(
+                    1, self._period + (min(passed, 3 * self._period) - self._period) // 16)
+                self._pause = max(PAUSE, PERIODS * self._period)
             self._last.append(reading.position)
             if self._count == EVERY:
                 self._look(reading)

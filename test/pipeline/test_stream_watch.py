@@ -94,3 +94,21 @@ def test_positions_in_degrees_are_named():
     assert 'q1 reaches 51' in found[0] and 'are these degrees' in found[0]
     turning = [([q, 50.1 * k], v) for k, ((q, _), v) in enumerate(sound())]
     assert watch_measured(turning, continuous=[False, True]) == []
+
+
+@pytest.mark.parametrize('rate', [5.0, 100.0, 1000.0])
+@pytest.mark.parametrize('share', [1.0, 0.7])
+def test_what_pauses_in_the_stamps_tell_was_lost_is_counted(rate, share):
+    """Long pauses; single losses are none of these, nor is a clock that was set."""
+    rng = np.random.default_rng(1)
+    result, stamp, lost, period = StreamWatch(NAMES), 10**18, 0, round(1e9 / rate)
+    for k in range(1500):
+        stamp += period
+        if k in (500, 900):
+            missing = round(5.0 * rate) if rate > 5 else 30
+            stamp, lost = stamp + missing * period, lost + missing
+        if k == 1200:
+            stamp += 3600 * 10**9
+        if rng.random() < share or k in (499, 500, 899, 900, 1199, 1200):
+            result.update(Reading(None, stamp, *map(list, motion(k / rate))))
+    assert result.lost == pytest.approx(share * lost, rel=0.01 if share == 1.0 else 0.35, abs=2)
