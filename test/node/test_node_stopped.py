@@ -1,6 +1,6 @@
 # Copyright screw_kinematics contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A node that stood still: the newest messages are worked off, the older ones are lost, and told."""
+"""A node that stood still works off the newest messages; the older ones are lost, and told."""
 import signal
 import time
 
