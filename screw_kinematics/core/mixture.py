@@ -17,6 +17,9 @@ from .tables import row, SCALE, table, TIME_UNIT, zeros
 NEGLIGIBLE = cython.declare(cython.double, 1e-4)
 """Weights below are passed over."""
 
+SURE = cython.declare(cython.double, 12.0)
+"""Changes after which the step of an encoder is one: a few may be multiples of any."""
+
 
 class Mixture:
     """
@@ -165,7 +168,7 @@ class Mixture:
         e: cython.double[:, ::1] = self.work
         # Noise is never below that of rounding, however well some samples lie on a line.
         encoder: cython.double = c.signal(j).step_of_encoder()
-        least: cython.double = encoder * encoder / 12.0
+        least: cython.double = encoder * encoder / 12.0 if c.signal(j).changes > SURE else 0.0
         for a in range(10):
             e[a, 0] = 0.0
         m0: cython.double = 0.0
