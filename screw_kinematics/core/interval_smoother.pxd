@@ -21,6 +21,7 @@ cdef class IntervalSmoother:
     cdef double[:, ::1] x           # states, (N, 4 M)
     cdef double[:, ::1] error       # innovations, then what each is without itself, (N, M)
     cdef double[:, ::1] mean, before
+    cdef double[:, ::1] left        # as `mean`, of what each sample is without itself
     cdef double[::1] weight
     cdef double[:, ::1] work
 
@@ -30,5 +31,6 @@ cdef class IntervalSmoother:
     cdef void backward(self) noexcept
     cdef void spread_of(self, Py_ssize_t i, Py_ssize_t k, double[:, ::1] p,
                         double[:, ::1] f) noexcept
+    cdef void bound_start(self) noexcept
     cdef void mix(self, Py_ssize_t i, double floor, double[:, ::1] state,
                   double[:, ::1] variance, double[:, ::1] rest) noexcept

@@ -31,6 +31,9 @@ if cython.compiled:
 else:
     from math import exp, log, sqrt
 
+REMEMBERED = cython.declare(cython.double, 0.3)
+"""For how long a filter remembers, in periods of its bandwidth."""
+
 PRIOR = (100.0, 2e7, 1.5e8, 3e9)
 """Deviations of the state before the first sample, in units of the noise, per s ..."""
 
@@ -67,7 +70,7 @@ class IntervalSmoother:
         self.p, self.gain, self.s = table(n, 10 * m), table(n, 4 * m), table(n, m)
         self.alone, self.spread, self.logs = table(n, m), table(n, 4 * m), table(n, m)
         self.x, self.error, self.mean = table(n, 4 * m), table(n, m), table(n, m)
-        self.before = table(n, m)
+        self.before, self.left = table(n, m), table(n, m)
         self.span, self.keep = zeros(n), zeros(n)
         period: cython.double = (times[n - 1] - times[0]) / (n - 1)
         dense: cython.double = SPARSE / period
@@ -263,16 +266,6 @@ class IntervalSmoother:
                 w[3, k] = x3 + g[i, 3 * m + k] * e
         self.around(self.mean)
         for k in range(m):
-            # What fails within its memory of the start fits the start by its free state alone.
-            memory: cython.double = 0.3 / (self.gains.power[k] ** 0.125 / 6.283185307179586)
-            later: cython.Py_ssize_t = 0
-            while later < n - 1 and self.times[later] - self.times[0] < memory:
-                later += 1
-            least: cython.double = self.mean[later, k] / self.span[later]
-            for i in range(later):
-                if self.mean[i, k] < least * self.span[i]:
-                    self.mean[i, k] = least * self.span[i]
-        for k in range(m):
             for a in range(4):
                 w[a, k] = 0.0
         p: cython.double[:, ::1] = self.p
@@ -299,9 +292,32 @@ class IntervalSmoother:
                                     + p[i, 7 * m + k] * l2 + p[i, 8 * m + k] * l3)
                 x[i, 3 * m + k] += (p[i, 3 * m + k] * l0 + p[i, 6 * m + k] * l1
                                     + p[i, 8 * m + k] * l2 + p[i, 9 * m + k] * l3)
+        self.bound_start()
         for i in range(n):
             self.mix(i, floor, state, variance, rest)
             state[0, i] += start
+
+    def bound_start(self) -> None:
+        """
+        Let filters fit the start no better than all other samples foretell each of its samples.
+
+        For as long as a filter remembers, its free state would fit the start whatever comes later.
+        """
+        i: cython.Py_ssize_t
+        k: cython.Py_ssize_t
+        n: cython.Py_ssize_t = self.n
+        left: cython.double[:, ::1] = self.left
+        for i in range(n):
+            for k in range(self.m):
+                left[i, k] = self.error[i, k] * self.error[i, k] * self.alone[i, k]
+        self.around(left)
+        for k in range(self.m):
+            memory: cython.double = REMEMBERED / (
+                self.gains.power[k] ** 0.125 / 6.283185307179586)
+            i = 0
+            while i < n - 1 and self.times[i] - self.times[0] < memory:
+                self.mean[i, k] = left[i, k]
+                i += 1
 
     def mix(self, i: cython.Py_ssize_t, floor: cython.double, state: cython.double[:, ::1],
             variance: cython.double[:, ::1], rest: cython.double[:, ::1]) -> None:

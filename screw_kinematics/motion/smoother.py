@@ -7,6 +7,7 @@ from __future__ import annotations
 from array import array
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from math import sqrt
 import reprlib
 from typing import Any
 
@@ -35,6 +36,9 @@ PIECE = 4000
 
 FEWEST = 8
 """Readings that a run must have."""
+
+JUMP = 0.02
+"""What a position may jump by beside its noise and `max_velocity`, as in `MotionEstimator`."""
 
 ODD = 6.0
 """Deviations from what all others say from which on a reading is odd."""
@@ -140,7 +144,8 @@ def smooth(
         velocities = _numbers('velocities', velocities)
         if velocities.shape != positions.shape:
             raise ShapeError('velocities', str(positions.shape), velocities.shape)
-    limits = {'max_gap': max_gap, 'max_velocity': max_velocity, 'continuous': continuous}
+    limits = {'max_gap': max_gap, 'max_velocity': max_velocity, 'continuous': continuous,
+              'max_jump': JUMP + ODD * sqrt(2.0) * _noise(positions)}
     clocks = [run.clock for run in _runs(stamps, positions, limits, [])[0]]
     report = progress or (lambda _: None)
     report(0.2)
@@ -177,6 +182,15 @@ def _numbers(name: str, values: Any) -> Array:
     except (TypeError, ValueError):
         raise InvalidValueError(f'{name} must be an array of numbers, got '
                                 f'{reprlib.repr(values)}') from None
+
+
+def _noise(positions: Array) -> float:
+    """Return the deviation of the noisiest joint's noise: fourth differences leave little else."""
+    with np.errstate(invalid='ignore'):
+        fourth = np.abs(np.diff(positions, 4, axis=0))
+    found = [np.median(column[np.isfinite(column)]) for column in fourth.T
+             if np.isfinite(column).any()]
+    return float(max(found, default=0.0)) / (0.6745 * sqrt(70.0))
 
 
 def _odd_units(names: Sequence[str], positions: Array, continuous: Sequence[bool] | None,

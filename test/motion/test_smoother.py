@@ -132,3 +132,32 @@ def test_noisy_samples_from_the_start_on(pulse, noise):
     truth = pulse * (np.cos(pulse * at) + 0.275 * np.cos(0.55 * pulse * at))
     smoothed = np.interp(at, result.stamps, result.velocity[:, 0]) - truth
     assert np.std(smoothed) < np.std([float(m.velocity[0]) for m in online] - truth)
+
+
+@pytest.mark.parametrize('noise', [1e-1, 1e-2])
+@pytest.mark.parametrize('pulse', [2.0, 6.0])
+def test_noise_is_plausible_by_default_and_is_smoothed_better_than_online(pulse, noise):
+    """Jumps of noise are no outliers; with all the future in view the error is well below."""
+    stamps = np.arange(800) * 0.01
+    signal = np.sin(pulse * stamps) + 0.5 * np.sin(0.55 * pulse * stamps)
+    smoothed, online = [], []
+    for seed in range(4):
+        positions = signal + noise * np.random.default_rng(seed).normal(size=800)
+        result = smooth(stamps, positions[:, None])
+        assert result.used.mean() > 0.995
+        estimator = MotionEstimator(1, delay=0.2, max_velocity=1000.0)
+        told = [m for m in map(estimator.update, stamps, positions[:, None]) if m is not None]
+        at = np.array([m.stamp for m in told])
+        truth = pulse * (np.cos(pulse * at) + 0.275 * np.cos(0.55 * pulse * at))
+        smoothed.append(np.std(np.interp(at, result.stamps, result.velocity[:, 0]) - truth))
+        online.append(np.std([float(m.velocity[0]) for m in told] - truth))
+    assert np.mean(smoothed) < 0.85 * np.mean(online)
+
+
+def test_one_jump_among_quiet_samples_is_still_refused():
+    stamps = np.arange(400) * 0.01
+    positions = np.sin(stamps) + 1e-4 * np.random.default_rng(1).normal(size=400)
+    positions[200] += 0.5
+    result = smooth(stamps, positions[:, None])
+    assert not result.used[200]
+    assert result.used.sum() == 399
