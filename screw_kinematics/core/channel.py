@@ -252,7 +252,8 @@ class Channel:
         s0: cython.double = u.s0 + r * u.s1 + r2 * u.s2 + r3 * s3
         deviation: cython.double = at - s0
         ratio: cython.double = deviation / u.pending
-        u.since += u.parted
+        # With a delay it is enough that the joint has gone on from where it seemed to be.
+        u.since = u.parted if self.delayed else u.since + u.parted
         # Of equal steps 2, 4, 8 for a jump of velocity, acceleration, jerk; less after a pause.
         onward: cython.double = r / u.step if r < u.step else 1.0
         least: cython.double = exp(0.58 * log(1.0 + onward))
