@@ -55,7 +55,7 @@ class Mixture:
         """
         k: cython.Py_ssize_t
         a: cython.Py_ssize_t
-        step: cython.longlong
+        since: cython.Py_ssize_t
         m: cython.Py_ssize_t = self.m
         first: cython.Py_ssize_t = j * m
         lanes: cython.Py_ssize_t = c.n * m
@@ -67,21 +67,23 @@ class Mixture:
             self.r, self.top = (at - time) / TIME_UNIT, 0
             return
         slot: cython.Py_ssize_t = i % self.steps.size
-        for a in range(4):
-            for k in range(m):
-                b[a, k] = c.states[slot, a * lanes + first + k]
         taps: cython.double[:, ::1] = self.steps.taps
         errors: cython.double[:, ::1] = c.errors
-        since: cython.Py_ssize_t = 0
-        for step in range(i, self.steps.latest + 1):
-            row: cython.Py_ssize_t = step % self.steps.size
-            for k in range(m):
+        for k in range(m):
+            # Sums of their own, and no remainder for each step: a third of the time.
+            x0: cython.double = c.states[slot, first + k]
+            x1: cython.double = c.states[slot, lanes + first + k]
+            x2: cython.double = c.states[slot, 2 * lanes + first + k]
+            x3: cython.double = c.states[slot, 3 * lanes + first + k]
+            row: cython.Py_ssize_t = slot
+            for since in range(self.steps.latest - i + 1):
                 e: cython.double = errors[row, first + k]
-                b[0, k] += taps[since, k] * e
-                b[1, k] += taps[since + 1, k] * e
-                b[2, k] += taps[since + 2, k] * e
-                b[3, k] += taps[since + 3, k] * e
-            since += 4
+                x0 += taps[4 * since, k] * e
+                x1 += taps[4 * since + 1, k] * e
+                x2 += taps[4 * since + 2, k] * e
+                x3 += taps[4 * since + 3, k] * e
+                row = row + 1 if row + 1 < self.steps.size else 0
+            b[0, k], b[1, k], b[2, k], b[3, k] = x0, x1, x2, x3
         self.r = (at - self.steps.times[slot, 0]) / TIME_UNIT
         self.top = 10 * (self.steps.latest - i)
 
