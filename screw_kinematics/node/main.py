@@ -93,7 +93,7 @@ def initialise(args: list[str]) -> None:
     MissingExtraError
         rclpy cannot be imported.
     InvalidValueError
-        Arguments of ROS are wrong.
+        Arguments of ROS are wrong, or it cannot write its logs.
 
     """
     try:
@@ -103,12 +103,18 @@ def initialise(args: list[str]) -> None:
         raise MissingExtraError('rclpy', 'ros', 'running a node') from None
     from . import fast_dds
     fast_dds.settle()
+    import locale
+    # ROS reads numbers of parameters as the locale writes them.
+    locale.setlocale(locale.LC_NUMERIC, 'C')
     try:
         rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
     except RuntimeError as error:
         import re
         # Without the places in the middleware's own source code.
         problem = re.sub(r',? at \S+:\d+', '', ' '.join(str(error).split()))
+        if 'log directory' in problem:
+            raise InvalidValueError(
+                f'ROS: {problem}; let ROS_LOG_DIR name a folder that can be written') from None
         raise InvalidValueError(f'ROS arguments: {problem}') from None
 
 
