@@ -87,7 +87,7 @@ def record(kind: str, condition: Condition, seed: int) -> Recording:
     q = _positions(condition, joints, t, rng, faults)
     v = _velocities(condition, stamps, q, np.stack(
         [joint(t - condition.lag)[1] for joint in joints], axis=-1), rng)
-    order = np.arange(count)
+    order: np.ndarray = np.arange(count)
     if condition.faults:
         order = order[(rng.random(count) > 0.03) | (order < 5)]
     ordered = _samples(taken, q, v, order)

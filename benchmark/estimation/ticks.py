@@ -61,7 +61,8 @@ def reading_times(stamps: np.ndarray, positions: np.ndarray,
     by_stamps = _rough(stamps, everything, positions)
     found: list[tuple[float, np.ndarray, np.ndarray, float]] = []
     for period in [p for p in PERIODS if p < 10 * step]:
-        times, fresh = stamps, everything
+        times: np.ndarray = stamps
+        fresh: np.ndarray = everything
         for _ in range(PASSES):
             ticks, line = _search(stamps, positions, period, times, fresh)
             fresh = np.append(True, np.diff(ticks) > 0)

@@ -31,7 +31,8 @@ class Driver:
     def __init__(self, seed: int) -> None:
         random = np.random.default_rng(seed)
         t = np.arange(_SAMPLES)[:, None] * 2 * np.pi / _SAMPLES
-        q, qd = (np.zeros((_SAMPLES, len(JOINTS))) for _ in range(2))
+        q: np.ndarray = np.zeros((_SAMPLES, len(JOINTS)))
+        qd = np.zeros((_SAMPLES, len(JOINTS)))
         seconds = _SAMPLES * PERIOD_NS * 1e-9
         for harmonic in (1, 3, 7):
             phase = random.uniform(0, 2 * np.pi, len(JOINTS))

@@ -143,7 +143,7 @@ class TopicCheck:
         if not self._robot.described:
             base[:] = 0
         self.last_base = int(base[-1])
-        settled = np.zeros(len(batch), bool)
+        settled: np.ndarray = np.zeros(len(batch), bool)
         if permitted.settled_from is not None:
             settled = ticks >= permitted.settled_from[self._number]
         if self._exact:

@@ -58,7 +58,7 @@ def tip_motion(chain: SerialChain, q: Array, *derivatives: Array) -> tuple[Array
     order = np.argsort(-np.abs(path.orientation[axis]), kind='stable')
     kept = list(order) if len(path.turns) < 3 else list(order[:2])
     columns = {int(k): path.orientation[:, k].astype(object) for k in kept}
-    waiting = np.zeros(3)    # a constant part of the position, not yet added
+    waiting: Array = np.zeros(3)    # a constant part of the position, not yet added
     for turn in reversed(path.turns):
         total = turn.angles[-1]
         waiting = _add_translation(position, turn.translations[-1], waiting, turn.axis)

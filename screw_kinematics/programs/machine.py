@@ -133,5 +133,5 @@ def _turned(core: Any, which: int, x: Any) -> Any:
     """Return sines (0) or cosines (1) of an array, or of a number."""
     values = np.asarray(core.turned(x)[which])
     for k in np.argwhere(~(np.abs(x) <= core.LARGEST_ANGLE)):
-        values[(*k,)] = (core.sine, core.cosine)[which](float(np.asarray(x)[(*k,)]))
+        values[tuple(k)] = (core.sine, core.cosine)[which](float(np.asarray(x)[tuple(k)]))
     return values

@@ -122,7 +122,7 @@ def find_offset(joint_stamps: Array, stamps: Array, groups: Sequence[Channels]) 
     thin = max(len(at) // _ROWS, 1)
     offsets = np.arange(-SEARCH, SEARCH + _GRID / 2, _GRID)
     misfits = [sum(_misfit(joint_stamps, at[::thin], group, offset, thin) for group in groups)
-               for offset in offsets]
+               for offset in offsets.tolist()]
     offset, drift = float(offsets[int(np.argmin(misfits))]), 0.0
     middle = (at - at[len(at) // 2]) * 1e-9
     for _ in range(_ITERATIONS):

@@ -226,7 +226,7 @@ def _long_runs(stamps: Array, max_gap: float) -> Array:
 
 def _latest(stamps: Array, chosen: Array) -> Array:
     """Return for each sample the latest stamp among the chosen ones before it."""
-    latest = np.full(len(stamps), -2**62)
+    latest: Array = np.full(len(stamps), -2**62)
     latest[chosen] = stamps[chosen]
     latest = np.maximum.accumulate(latest)
     return np.concatenate([[-2**62], latest[:-1]])
