@@ -11,7 +11,7 @@ of other packages and papers in, --recording your own arm.
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 import json
 from pathlib import Path
 import sys
@@ -21,6 +21,7 @@ from benchmark.estimation.candidates import (
 from benchmark.estimation.conditions import ALL, CONDITIONS, MEASURING, STAMPING
 from benchmark.estimation.cost import table as cost_table, yardstick
 from benchmark.estimation.motions import KINDS
+from benchmark.estimation.recorded import add_options, compare, prepare, read
 from benchmark.estimation.score import evaluate, summary
 from benchmark.estimation.tables import by_condition, overview
 import numpy as np
@@ -35,6 +36,7 @@ EXAMPLES = """examples:
   python -m benchmark.estimation --stamping --peers                  ways of stamping, everybody
   python -m benchmark.estimation --conditions '500 Hz, coarse' --motions puma --pictures .
   python -m benchmark.estimation --recording arm.csv --plot arm.png  your own arm
+  python -m benchmark.estimation --coverage --stamping               are its intervals honest?
   python -m benchmark.estimation --recording bag/ --topic /arm/joint_states
 """
 
@@ -63,17 +65,13 @@ def options() -> argparse.ArgumentParser:
     made.add_argument('--motions', nargs='+', choices=KINDS, metavar='NAME',
                       default=list(KINDS), help=f'of: {", ".join(KINDS)}')
     made.add_argument('--pictures', type=Path, metavar='DIR', help='where to draw pictures')
+    made.add_argument('--coverage', action='store_true', help='only show how often the truth lies '
+                      'within the intervals that are claimed; with --recording on simulated '
+                      'twins of that')
     recorded = parser.add_argument_group(
         'recordings', 'scored against a smooth motion that knows past and future; how far that '
         'can be trusted is found by simulation, and told')
-    recorded.add_argument('--recording', metavar='FILE', help='a bag, or a table (CSV, Parquet) '
-                          'with stamps, positions and, if there are, velocities')
-    recorded.add_argument('--topic', default='', help='of the joint states in a bag')
-    recorded.add_argument('--joints', metavar='NAME,...', default='',
-                          help='which joints; by default those that come together most often')
-    recorded.add_argument('--cutoff', type=float, metavar='HZ',
-                          help='only what is slower is called motion; by default the spectrum '
-                          'tells what the reference follows')
+    add_options(recorded)
     recorded.add_argument('--plot', type=Path, metavar='FILE', help='draw what was estimated')
     table_options.add_options(parser)
     return parser
@@ -96,8 +94,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     for line in lines:
         console.print(line)
     try:
-        if chosen.recording:
-            from benchmark.estimation.recorded import compare
+        if chosen.coverage:
+            _coverage(chosen, console)
+        elif chosen.recording:
             compare(chosen, names, console)
         else:
             _simulated(chosen, names, console)
@@ -107,6 +106,28 @@ def main(argv: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         return 130
     return 0
+
+
+def _coverage(chosen: argparse.Namespace, console: Console) -> None:
+    """Show how often the truth lies within the intervals that are claimed."""
+    from benchmark.estimation import coverage
+    deviations: Callable[[str, float], coverage.Deviations]
+    if chosen.recording:
+        with console.status('reference'):
+            arm = prepare(*read(chosen), chosen.cutoff)
+        names = [f'twin {seed} of {Path(chosen.recording).name}' for seed in chosen.seeds]
+
+        def deviations(name: str, delay: float) -> coverage.Deviations:
+            seed = chosen.seeds[names.index(name)]
+            return coverage.of_twin(arm.ordered, arm.reference, seed, delay)
+    else:
+        names = chosen.conditions
+
+        def deviations(name: str, delay: float) -> coverage.Deviations:
+            return coverage.simulated(name, chosen.seeds, delay)
+    console.print(coverage.table([
+        (name, [deviations(name, delay) for delay in coverage.DELAYS])
+        for name in track(names, 'conditions', console=console)]))
 
 
 def _simulated(chosen: argparse.Namespace, names: Sequence[str], console: Console) -> None:

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 import json
 from pathlib import Path
+from typing import Any
 
 from benchmark.estimation.candidates import best, BEST_CUTOFF, run_usual, USUAL
 from benchmark.estimation.reference import floor, Reference, reference_of
@@ -58,10 +59,27 @@ class Recorded:
         return result.acceleration - self.reference.at(result.t, 2)
 
     @property
+    def ordered(self) -> Samples:
+        """Return the samples in the order of their stamps."""
+        return _increasing(self.samples)
+
+    @property
     def joints(self) -> np.ndarray:
         """Return those joints that move, and of which the reference can be trusted."""
         return np.flatnonzero((self.missed < TRUSTED * np.minimum(self.usual, self.signal))
                               & (np.ptp(self.samples.positions, axis=0) > MOVES))
+
+
+def add_options(recorded: Any) -> None:
+    """Add the options that say which recording, and what is known of it."""
+    recorded.add_argument('--recording', metavar='FILE', help='a bag, or a table (CSV, Parquet) '
+                          'with stamps, positions and, if there are, velocities')
+    recorded.add_argument('--topic', default='', help='of the joint states in a bag')
+    recorded.add_argument('--joints', metavar='NAME,...', default='',
+                          help='which joints; by default those that come together most often')
+    recorded.add_argument('--cutoff', type=float, metavar='HZ',
+                          help='only what is slower is called motion; by default the spectrum '
+                          'tells what the reference follows')
 
 
 def compare(chosen: argparse.Namespace, names: Sequence[str], console: Console) -> None:
@@ -76,7 +94,9 @@ def compare(chosen: argparse.Namespace, names: Sequence[str], console: Console) 
                         'where its motion goes')
     results, rows = {}, {}
     for name in track(list(dict.fromkeys([USUAL, *names])), 'estimators', console=console):
-        samples = _increasing(arm.samples) if name in (USUAL, BEST_CUTOFF) else arm.samples
+        samples = arm.samples
+        if name in (USUAL, BEST_CUTOFF):
+            samples = replace(arm.ordered, velocities=None)
         result = run_usual(samples) if name == USUAL else best(
             name, samples, lambda result: geometric_mean(arm.error(result)[joints]))
         results[name], rows[name] = result, score(arm, result)
@@ -98,13 +118,15 @@ def prepare(names: tuple[str, ...], samples: Samples, cutoff: float | None = Non
     missed = floor(ordered, reference, within=cutoff is not None)
     arm = Recorded(names, samples, reference, np.zeros(0), missed, np.zeros(0))
     signal = np.sqrt(np.nanmean(reference.at(ordered.stamps, 2)**2, axis=0))
-    return replace(arm, signal=signal, usual=arm.error(run_usual(ordered)))
+    usual = run_usual(replace(ordered, velocities=None))
+    return replace(arm, signal=signal, usual=arm.error(usual))
 
 
 def _increasing(samples: Samples) -> Samples:
-    """Return positions in the order of their stamps."""
-    rows = samples.increasing()
-    return Samples(samples.stamps[rows], samples.positions[rows], None, samples.ahead[rows])
+    """Return samples in the order of their stamps."""
+    rows, velocities = samples.increasing(), samples.velocities
+    return Samples(samples.stamps[rows], samples.positions[rows],
+                   None if velocities is None else velocities[rows], samples.ahead[rows])
 
 
 def score(arm: Recorded, result: Result) -> dict[str, float]:
@@ -159,6 +181,11 @@ def _table(rows: dict[str, dict[str, float]]) -> Table:
 
 def read(chosen: argparse.Namespace) -> tuple[tuple[str, ...], Samples]:
     """Return the joints of a recording, and their samples."""
+    return samples_of(*read_stream(chosen))
+
+
+def read_stream(chosen: argparse.Namespace) -> tuple[JointStream, tuple[str, ...]]:
+    """Return the joint samples of a recording as they came, and which joints are wanted."""
     streams = JointStreams()
     asked = tuple(name for name in chosen.joints.split(',') if name)
     with opened(chosen.recording, table_format(chosen)) as recording:
@@ -175,11 +202,12 @@ def read(chosen: argparse.Namespace) -> tuple[tuple[str, ...], Samples]:
         raise ToolError(f'{chosen.recording}: {len(found[-1]) if found else 0} samples of '
                         f'{", ".join(asked) or "joints"}; allowed: {FEWEST} or more that come '
                         'together')
-    return _samples(found[-1], asked)
+    return found[-1], asked or found[-1].names
 
 
-def _samples(stream: JointStream, asked: tuple[str, ...]) -> tuple[tuple[str, ...], Samples]:
-    names = asked or stream.names
+def samples_of(stream: JointStream,
+               names: tuple[str, ...]) -> tuple[tuple[str, ...], Samples]:
+    """Return names, and the samples of these joints."""
     columns = [stream.names.index(name) for name in names]
     positions, velocities = stream.position()[:, columns], stream.velocity()[:, columns]
     good = np.isfinite(positions).all(axis=1)

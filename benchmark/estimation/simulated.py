@@ -33,11 +33,16 @@ Motion = Callable[[np.ndarray], np.ndarray]
 
 @dataclass(frozen=True)
 class Recording:
-    """Samples as they arrive, the same in order with the stamps of their reading, the truth."""
+    """
+    Samples as they arrive, the same in order with the stamps of their reading, the truth.
+
+    `latency` is how old new readings are when they are stamped, on average, s.
+    """
 
     arrived: Samples
     ordered: Samples
     joints: list[Motion]
+    latency: float = 0.0
 
     def truth(self, t: np.ndarray) -> np.ndarray:
         """Return the true (4, N, n) at times t."""
@@ -118,11 +123,12 @@ def _stamped_by_driver(condition: Condition, joints: list[Motion], seed: int,
     q = _positions(condition, joints, t, rng, faults)
     # How old readings are on average nobody can know: that part of it is not an error.
     fresh = np.append(True, np.diff(readings) > 0)
-    ahead = np.full(len(stamps), (sent - readings)[fresh].mean())
+    latency = float((sent - readings)[fresh].mean())
+    ahead = np.full(len(stamps), latency)
     if condition.stamps in NO_CLOCK:
         ahead += stamps - sent
     return Recording(Samples(stamps, q[which], None, ahead),
-                     Samples(t, q, None, np.zeros(len(t))), joints)
+                     Samples(t, q, None, np.zeros(len(t))), joints, latency)
 
 
 def _positions(condition: Condition, joints: list[Motion], t: np.ndarray,

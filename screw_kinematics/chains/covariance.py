@@ -10,13 +10,15 @@ import numpy as np
 __all__ = ['through_jacobian']
 
 
-def through_jacobian(jacobian: Sequence[float], variances: Sequence[float]) -> list[float]:
+def through_jacobian(jacobian: Sequence[float], variances: Sequence[float],
+                     together: Sequence[float] = ()) -> list[float]:
     """
-    Return the covariance of a six-vector, of joints that err independently.
+    Return the covariance of a six-vector, of joints that err independently but for a part.
 
-    ``J diag(variances) J^T``, for a twist from the variances of joint velocities, and to
-    leading order for an acceleration from those of joint accelerations: what the errors of
-    position and velocity add is smaller by the time the motion takes to change.
+    ``J (diag(variances - together^2) + together together^T) J^T``, for a twist from the variances
+    of joint velocities, and to leading order for an acceleration from those of joint
+    accelerations: what the errors of position and velocity add is smaller by the time the motion
+    takes to change.
 
     Parameters
     ----------
@@ -24,6 +26,9 @@ def through_jacobian(jacobian: Sequence[float], variances: Sequence[float]) -> l
         d twist / d qd, row by row, angular rows first.
     variances : sequence of n float
         Variances of the joints' rates or accelerations; NaN where not known.
+    together : sequence of n float, optional
+        Deviations, part of these, that all joints have at once: by how much their rates change
+        where the instant is later by its standard deviation.
 
     Returns
     -------
@@ -35,11 +40,19 @@ def through_jacobian(jacobian: Sequence[float], variances: Sequence[float]) -> l
     --------
     >>> through_jacobian([0, 0, 1, 0, 2, 0], [0.25])[28:30]    # of v_y: with itself, with v_z
     [1.0, 0.0]
+    >>> through_jacobian([0, 0, 0, 0, 0, 0, 1, 1, 0, 0, 0, 0], [1.0, 1.0], [1.0, -1.0])[21]
+    0.0
 
     """
     values = np.array(variances)
     J = np.array(jacobian).reshape(6, -1)    # noqa: N806
-    covariance = (J * values).dot(J.T)
+    if len(together):
+        common = np.array(together)
+        values = values - common * common
+        at_once = J.dot(common)
+        covariance = (J * values).dot(J.T) + at_once[:, None] * at_once
+    else:
+        covariance = (J * values).dot(J.T)
     if not np.all(np.isfinite(covariance)):
         return [0.0] * 36
     out: list[float] = covariance.ravel().tolist()

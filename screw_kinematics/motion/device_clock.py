@@ -58,6 +58,13 @@ STEPS_SEEN = 2.5
 WORTH_TELLING = 1e-6
 """Stamps that jitter by less are rounded, as floats of seconds since 1970 are, s."""
 
+FEW, SKIPS = 2, 0.3
+"""Readings that were held, or ticks that were skipped for each reading, from which on who reads
+is taken to have a clock of its own."""
+
+REMEMBERED = 2.0
+"""How long ticks and stamps count for their line, s."""
+
 
 class Placed:
     """
@@ -126,7 +133,7 @@ class DeviceClock:
         self.held, self.fresh, self.lost = 0, 1, 0
         """Messages that repeated a reading, that brought one, ticks that none was of."""
         self._stamps = [stamp]
-        self._last = self._time = stamp
+        self._first = self._last = self._time = stamp
         self._position = position
         self._tick = self._deviation = self._ahead = 0.0
         self._ratio = 1.0
@@ -156,6 +163,24 @@ class DeviceClock:
     def period(self) -> float:
         """Return the device's period, s; 0 while it is not known."""
         return 0.0 if self.ticks is None else self.ticks.period
+
+    @property
+    def unknown(self) -> float:
+        """
+        Return the standard deviation of the device's time at a stamp that none can know, s.
+
+        Who reads by another clock takes readings that are up to a period old; where both beat
+        slowly, the joints tell the ticks, but nothing tells what is between.
+        """
+        ticks, count = self.ticks, self.held + self.fresh
+        if ticks is None or self.share > 0.5 or count < FIRST or not (
+                self.held > FEW or self.lost > SKIPS * self.fresh):
+            return 0.0
+        device, messages = ticks.period, (self._last - self._first) / (count - 1)
+        shorter, longer = min(device, messages), max(device, messages)
+        # The line through the stamps averages a beat that is faster than it remembers.
+        beats = abs(longer / shorter - round(longer / shorter)) * REMEMBERED / longer
+        return shorter / sqrt(12.0) / max(1.0, beats)
 
     def update(self, stamp: float, position: array[float], bank: Bank | None) -> Placed:
         """

@@ -252,5 +252,11 @@ class MotionEstimator(JointEstimator):
                 or early and not bank.clear_of_noise()):
             return Reason.SETTLING
         self._settled = SHORTEST
-        return JointMotion(stamp - self.delay, bank.values(),
-                           partial(covariance_of, bank.variances()) if wanted else None)
+        values = bank.values()
+        if not wanted:
+            return JointMotion(stamp - self.delay, values)
+        unknown = self._clock.unknown
+        motion = JointMotion(stamp - self.delay, values,
+                             partial(covariance_of, bank.variances(), values, unknown))
+        motion.unknown = unknown
+        return motion

@@ -32,10 +32,20 @@ def make_bank(n_joints: int, delay: float) -> Bank:
     return Bank(n_joints, FILTERS, WIDE, 0.0)
 
 
-def covariance_of(triangles: Sequence[float]) -> Array:
-    """Return covariances (n, 4, 4) from their upper triangles, n numbers for each of ten rows."""
+def covariance_of(triangles: Sequence[float], values: Sequence[float] = (),
+                  unknown: float = 0.0) -> Array:
+    """
+    Return covariances (n, 4, 4) from their upper triangles, n numbers for each of ten rows.
+
+    Where the instant is not known better than by a standard deviation [s], `unknown`, each joint
+    errs along its own motion, of which `values` are position, velocity, ... in a row.
+    """
     rows = np.array(triangles).reshape(10, -1)
     covariance = np.empty((rows.shape[1], 4, 4))
     for row, (i, j) in zip(rows, UPPER):
         covariance[:, i, j] = covariance[:, j, i] = row
+    if unknown:
+        along = np.zeros((rows.shape[1], 4))
+        along[:, :3] = unknown * np.array(values).reshape(4, -1)[1:].T
+        covariance += along[:, :, None] * along[:, None, :]
     return covariance

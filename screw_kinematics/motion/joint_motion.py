@@ -38,6 +38,9 @@ class JointMotion:
         As given.
     stamp_ns : int
         The instant in ns, where the estimator was given ns; else 0.
+    unknown : float
+        Standard deviation, in s, of the instant in the time of the device that read the joints:
+        of all joints alike. The covariance has what it adds to each.
 
     Examples
     --------
@@ -47,12 +50,13 @@ class JointMotion:
 
     """
 
-    __slots__ = ('_covariance', '_state', 'stamp', 'stamp_ns', 'values')
+    __slots__ = ('_covariance', '_state', 'stamp', 'stamp_ns', 'unknown', 'values')
 
     def __init__(self, stamp: float, values: Sequence[float],
                  covariance: CovarianceSource = None) -> None:
         self.stamp = stamp
         self.stamp_ns = 0
+        self.unknown = 0.0
         self.values = values
         self._state: Array | None = None
         self._covariance: CovarianceSource | Array = covariance

@@ -14,12 +14,14 @@ import numpy as np
 from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker, MarkerArray
 
+from ..pipeline.ellipsoids import Ellipsoid, TipEllipsoids
 from ..pipeline.kinematics import State
-from ..pipeline.message_writers import Slices
+from ..pipeline.message_writers import JointColumns, Slices
 from ..pipeline.outputs import KINDS
 from ..pipeline.settings import RobotSettings
 from ..screws.body_state import BodyState
 from ..screws.rigid import pose_from_row
+from ..screws.rotations import quaternion_from_rotation
 from ..screws.screw import screw_of_twist
 from ..screws.se3 import Array
 
@@ -46,6 +48,15 @@ _COLORS = {
     'screw_axis': (0.9, 0.9, 0.1), 'pitch': (1.0, 1.0, 1.0), 'trail': (0.0, 0.6, 0.5)}
 
 
+CLEAR = 0.35
+"""How much of what is behind an ellipsoid it hides."""
+
+ARROWS = {'angular_velocity': ANGULAR_VELOCITY, 'linear_velocity': LINEAR_VELOCITY,
+          'angular_acceleration': ANGULAR_ACCELERATION,
+          'linear_acceleration': LINEAR_ACCELERATION}
+"""Scales of the arrows, in the order of the ellipsoids."""
+
+
 class MarkerPublisher:
     """
     Publishes the markers of one robot, at a bounded rate.
@@ -60,17 +71,22 @@ class MarkerPublisher:
         Axes and reference point of the program, rate and lifetime of the markers.
     frame_id : str
         Name of the base frame in messages.
+    joints : JointColumns
+        Where the tip's joints are among the measured ones.
 
     """
 
     order = KINDS['markers'].order
 
     def __init__(self, publish: Callable[[MarkerArray], None], slices: Slices,
-                 settings: RobotSettings, frame_id: str) -> None:
+                 settings: RobotSettings, frame_id: str, joints: JointColumns) -> None:
         self._publish = publish
         self._slices = [slices[need] for need in KINDS['markers'].needs]
         self._axes, self._pole = settings.expressed_in, settings.reference_point
         self._frame_id = frame_id
+        self._deviations = settings.markers_deviations
+        self._ellipsoids = (TipEllipsoids(slices, settings, joints) if self._deviations
+                            else None)
         self._period_ns = round(SECOND / settings.markers_rate)
         # Viewers drop the markers after this time without new ones.
         lifetime = settings.stale_timeout
@@ -88,6 +104,8 @@ class MarkerPublisher:
         self._last_ns = stamp_ns
         body = self._body(state)
         markers = [*markers_of_state(body), self._trail_to(stamp_ns, body.pose[:3, 3])]
+        if self._ellipsoids is not None:
+            markers += markers_of_uncertainty(body, self._ellipsoids.of(state), self._deviations)
         for marker in markers:
             marker.header.frame_id = self._frame_id
             marker.header.stamp = Time(sec=stamp_ns // SECOND, nanosec=stamp_ns % SECOND)
@@ -145,6 +163,42 @@ def markers_of_state(state: BodyState) -> list[Marker]:
         _arrow('linear_acceleration', tip, acceleration[3:] * LINEAR_ACCELERATION),
         _arrow('angular_acceleration', tip, acceleration[:3] * ANGULAR_ACCELERATION),
         *_screw_axis(tip, velocity)]
+
+
+def markers_of_uncertainty(state: BodyState, ellipsoids: Iterable[Ellipsoid | None],
+                           deviations: float) -> list[Marker]:
+    """
+    Return ellipsoids at the heads of the arrows, to their scale.
+
+    Parameters
+    ----------
+    state : BodyState
+        Whose arrows they are.
+    ellipsoids : four of Ellipsoid or None
+        In the order of `ARROWS`; what is not known is deleted.
+    deviations : float
+        So many standard deviations are their radii.
+
+    """
+    state = state.expressed_in('base').about('tip')
+    values = np.concatenate([state.classical(1), state.classical(2)]).reshape(4, 3)
+    return [_ellipsoid(name, state.pose[:3, 3] + value * scale, ellipsoid, deviations * scale)
+            for (name, scale), value, ellipsoid in zip(ARROWS.items(), values, ellipsoids)]
+
+
+def _ellipsoid(name: str, centre: Array, ellipsoid: Ellipsoid | None, scale: float) -> Marker:
+    if ellipsoid is None:
+        return _deleted(f'{name}_uncertainty')
+    marker = _marker(name, Marker.SPHERE)
+    marker.ns, marker.color.a = f'{name}_uncertainty', CLEAR
+    marker.pose.position = _point(centre)
+    orientation = marker.pose.orientation
+    orientation.x, orientation.y, orientation.z, orientation.w = quaternion_from_rotation(
+        ellipsoid.axes).tolist()
+    # Viewers warn of a diameter of zero.
+    x, y, z = np.maximum(2.0 * scale * ellipsoid.radii, 1e-6).tolist()
+    marker.scale = Vector3(x=x, y=y, z=z)
+    return marker
 
 
 def _screw_axis(tip: Array, twist: Array) -> Iterable[Marker]:

@@ -16,7 +16,7 @@ from ..messages.wrench import WrenchSample
 from ..pipeline.compensation import Compensation, WrenchWriter
 from ..pipeline.kinematics import State
 from ..pipeline.message_writers import JointColumns, message_writer, MessageWriter
-from ..pipeline.outputs import KINDS
+from ..pipeline.outputs import KINDS, OutputKind, UNCERTAIN_MARKERS
 from ..pipeline.robot_model import tips_of
 from ..pipeline.robot_program import Needs, RobotProgram
 from ..pipeline.settings import RobotSettings
@@ -109,6 +109,7 @@ class Publishers:
         self._active: dict[Topic, OutputPublisher] = {}
         self._without_base: dict[Topic, OutputPublisher] = {}
         self._names: dict[Topic, str] = {}
+        self._kinds: dict[Topic, OutputKind] = {}
         self._tips = 1
         self.sensors: dict[int, WrenchSensor] = {}
         self.wanted: tuple[Topic, ...] = ()
@@ -122,6 +123,9 @@ class Publishers:
                         if part.wrench_topic}
         self._names = {topic: name.removeprefix(f'{settings.topic}/')
                        for topic, name in wanted.items()}
+        self._kinds = {topic: UNCERTAIN_MARKERS if topic.output == 'markers'
+                       and settings.parts[topic.tip].markers_deviations else KINDS[topic.output]
+                       for topic in wanted}
         for topic in self._publishers.keys() - wanted.keys():
             self._active.pop(topic, None)
             self._without_base.pop(topic, None)
@@ -155,18 +159,18 @@ class Publishers:
         needs: list[dict[str, None]] = [{} for _ in range(self._tips)]
         for topic in self.wanted:
             # Outputs that are of the joints alone go with the smallest program.
-            needs[topic.tip] |= dict.fromkeys(KINDS[topic.output].needs or ('pose',))
+            needs[topic.tip] |= dict.fromkeys(self._kinds[topic].needs or ('pose',))
         return tuple(map(tuple, needs))
 
     @property
     def order(self) -> int:
         """Return the highest derivative of the joint positions that is wanted."""
-        return max((KINDS[topic.output].order for topic in self.wanted), default=0)
+        return max((self._kinds[topic].order for topic in self.wanted), default=0)
 
     @property
     def covariance(self) -> bool:
         """Whether something wanted needs the variances of the joints."""
-        return any(KINDS[topic.output].covariance for topic in self.wanted)
+        return any(self._kinds[topic].covariance for topic in self.wanted)
 
     def activate(self, program: RobotProgram, model: Any, settings: RobotSettings,
                  world: str = '') -> None:
@@ -196,7 +200,8 @@ class Publishers:
             if topic.output == 'markers':
                 self._active[topic] = MarkerPublisher(
                     publisher.publish, slices, own,
-                    reference or own.frame_prefix + chain.base_frame)
+                    reference or own.frame_prefix + chain.base_frame,
+                    JointColumns(columns[topic.tip], len(model.joint_names), moving))
             elif topic.output == 'compensated_wrench':
                 sensor = self.sensors[topic.tip]
                 sensor.mount(chain)

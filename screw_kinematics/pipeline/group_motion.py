@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import hypot, nan
 from typing import Protocol
 
@@ -42,12 +42,15 @@ class Motion:
     variances : sequence of float
         Of positions, velocities, accelerations and jerks, in the same order; NaN where not
         known. Empty unless asked for.
+    unknown : float
+        Standard deviation of the instant, of all joints alike [s]; variances have it.
 
     """
 
     stamp_ns: int
     values: Sequence[float]
     variances: Sequence[float] = ()
+    unknown: float = field(default=0.0, repr=False)
 
 
 class GroupMotion(Protocol):
@@ -158,10 +161,10 @@ class EstimatedMotion:
         if not isinstance(estimate, JointMotion):
             return estimate
         values = estimate.values
-        if self._order < 3:
+        if self._order < 3 and not self._covariance:
             values = values[:(self._order + 1) * len(reading.position)]
         return Motion(estimate.stamp_ns, values,
-                      variances(estimate) if self._covariance else ())
+                      variances(estimate) if self._covariance else (), estimate.unknown)
 
 
 class PositionOnlyMotion(EstimatedMotion):
@@ -187,7 +190,7 @@ class MeasuredVelocityMotion(EstimatedMotion):
         if isinstance(estimate, Motion):
             n = len(known)
             return Motion(reading.stamp_ns, [*known, *estimate.values[n:]],
-                          (*unknown, *estimate.variances[n:]))
+                          (*unknown, *estimate.variances[n:]), estimate.unknown)
         if estimate is Reason.SETTLING:
             return Motion(reading.stamp_ns, known, unknown * 2)
         return estimate
@@ -214,7 +217,7 @@ class WithSnap:
             return motion
         return Motion(motion.stamp_ns, [
             *motion.values, *self._slope(motion.stamp_ns, motion.values[3 * n:])],
-            motion.variances)
+            motion.variances, motion.unknown)
 
     def _slope(self, now: int, jerk: Sequence[float]) -> list[float]:
         jerks = self._jerks

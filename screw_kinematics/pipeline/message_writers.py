@@ -82,6 +82,14 @@ class JointColumns:
         assert state.base is not None
         return [*own, *state.base.variances(derivative)]
 
+    def together(self, state: State, derivative: int) -> Sequence[float]:
+        """Return deviations that all joints have at once, as their instant errs; or nothing."""
+        unknown = state.motion.unknown
+        if not unknown or state.order <= derivative:
+            return ()
+        own = [unknown * rate for rate in self.select(state.motion.values, derivative + 1)]
+        return [*own, *(0.0,) * 6] if self._moving_base else own
+
 
 class MessageWriter(Protocol):
     """Writes states as messages of one output."""
@@ -173,8 +181,9 @@ class CovarianceWriter:
 
     def encode(self, state: State) -> bytes:
         """Return the serialized message."""
-        covariance = through_jacobian(state.values[self._jacobian],
-                                      self._joints.variances(state, self._order))
+        covariance = through_jacobian(
+            state.values[self._jacobian], self._joints.variances(state, self._order),
+            self._joints.together(state, self._order))
         return self._encoder.encode(state.stamp_ns, (*state.values[self._at], *covariance))
 
 

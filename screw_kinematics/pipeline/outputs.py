@@ -59,6 +59,10 @@ KINDS = {
                                        ('passive_position', 'passive_velocity'), size=0),
 }
 
+UNCERTAIN_MARKERS = KINDS['markers']._replace(
+    needs=(*KINDS['markers'].needs, 'jacobian'), covariance=True)
+"""Markers with ellipsoids."""
+
 OUTPUTS = tuple(KINDS)
 
 RECORDED = {name: kind.size for name, kind in KINDS.items() if kind.size}

@@ -144,6 +144,9 @@ ROBOT = (
              'Joints not heard of for this long are missing, and outputs stop [s].',
              0.01, 3600.0),
     quantity('markers_rate', 20.0, 'Highest rate of the markers [Hz].', 0.1, 1000.0),
+    quantity('markers_deviations', 0.0,
+             'Markers show how uncertain velocities and accelerations are by ellipsoids at the '
+             'heads of their arrows, so many standard deviations large; 0: none.', 0.0, 100.0),
     choice('estimator.kind', 'bank', 'How rates are estimated; bank tunes itself.',
            tuple(ESTIMATORS)),
     quantity('estimator.delay', 0.0,
@@ -244,6 +247,7 @@ class RobotSettings:
     payload: Payload
     stale_timeout: float
     markers_rate: float
+    markers_deviations: float
     motion: MotionSettings
     of_tips: tuple[RobotSettings, ...] = ()
 

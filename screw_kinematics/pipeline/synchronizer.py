@@ -110,4 +110,5 @@ class Synchronizer:
                         p * x for p, x in zip(powers, own[k:]))
                 if motion.variances:
                     variances[column::n] = motion.variances[i::width]
+        # Groups have clocks of their own: what they do not know is not common to them.
         return Motion(instant, joined, variances or ())

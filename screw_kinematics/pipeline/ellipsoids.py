@@ -1,0 +1,90 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""How uncertain the velocity and acceleration of a tip are, as ellipsoids in the base's axes."""
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from .kinematics import State
+from .message_writers import JointColumns, Slices
+from .settings import RobotSettings
+from ..chains.covariance import through_jacobian
+from ..screws.rigid import pose_from_row
+from ..screws.se3 import Array
+
+
+class Ellipsoid(NamedTuple):
+    """
+    One standard deviation in all directions.
+
+    Attributes
+    ----------
+    axes : array, shape (3, 3)
+        A rotation: its columns are the principal axes.
+    radii : array, shape (3,)
+        Along these, in the quantity's unit.
+
+    """
+
+    axes: Array
+    radii: Array
+
+
+class TipEllipsoids:
+    """
+    Of a tip's angular and linear velocity, and angular and linear acceleration.
+
+    Parameters
+    ----------
+    slices : mapping from str to slice
+        Where pose and Jacobian are among the values of a state.
+    settings : RobotSettings
+        Axes and reference point of the program.
+    joints : JointColumns
+        Where the tip's joints are among the measured ones.
+
+    """
+
+    def __init__(self, slices: Slices, settings: RobotSettings, joints: JointColumns) -> None:
+        self._pose, self._jacobian = slices['pose'], slices['jacobian']
+        self._in_base = settings.expressed_in == 'base'
+        self._at_base = settings.reference_point == 'base'
+        self._joints = joints
+
+    def of(self, state: State) -> list[Ellipsoid | None]:
+        """Return the four, None where nothing is known of how uncertain it is."""
+        pose = pose_from_row(np.array(state.values[self._pose]))
+        jacobian = np.reshape(state.values[self._jacobian], (6, -1))
+        turning, moving = jacobian[:3], jacobian[3:]
+        if not self._in_base:
+            turning, moving = pose[:3, :3] @ turning, pose[:3, :3] @ moving
+        if self._at_base:       # from the point at the base's origin to the tip
+            moving = moving + np.cross(turning, pose[:3, 3], axisa=0, axisc=0)
+        row = np.concatenate([turning, moving]).ravel().tolist()
+        found = []
+        for order in (1, 2):
+            covariance = np.reshape(through_jacobian(
+                row, self._joints.variances(state, order), self._joints.together(state, order)),
+                (6, 6))
+            found += [ellipsoid(covariance[:3, :3]), ellipsoid(covariance[3:, 3:])]
+        return found
+
+
+def ellipsoid(covariance: Array) -> Ellipsoid | None:
+    """
+    Return the ellipsoid of a covariance, shape (3, 3); None for zero, which means not known.
+
+    Examples
+    --------
+    >>> ellipsoid(np.diag([4.0, 1.0, 9.0])).radii
+    array([1., 2., 3.])
+
+    """
+    if not covariance.any():
+        return None
+    squares, axes = np.linalg.eigh(covariance)
+    if np.linalg.det(axes) < 0.0:
+        axes[:, 0] *= -1.0
+    return Ellipsoid(axes, np.sqrt(np.maximum(squares, 0.0)))
