@@ -28,7 +28,8 @@ cdef class DeviceClock:
     cdef PeriodSearch _periods
     cdef object _agreed, _position, _foreseen, _moved, _steps
     cdef list _stamps, _squares
-    cdef double _last, _time, _tick, _deviation, _ahead, _ratio, _patience, _due, _wrong, _quantum
+    cdef double _first, _last, _time, _tick, _deviation, _ahead, _ratio, _patience, _due
+    cdef double _wrong, _quantum
     cdef long _new, _rest, _told, _contrary, _same, _blocks
     cdef bint _lossy, _standing
 

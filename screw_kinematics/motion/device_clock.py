@@ -58,7 +58,7 @@ STEPS_SEEN = 2.5
 WORTH_TELLING = 1e-6
 """Stamps that jitter by less are rounded, as floats of seconds since 1970 are, s."""
 
-FEW, SKIPS = 2, 0.3
+HOLDS, SKIPS = 2, 0.3
 """Readings that were held, or ticks that were skipped for each reading, from which on who reads
 is taken to have a clock of its own."""
 
@@ -174,7 +174,7 @@ class DeviceClock:
         """
         ticks, count = self.ticks, self.held + self.fresh
         if ticks is None or self.share > 0.5 or count < FIRST or not (
-                self.held > FEW or self.lost > SKIPS * self.fresh):
+                self.held > HOLDS or self.lost > SKIPS * self.fresh):
             return 0.0
         device, messages = ticks.period, (self._last - self._first) / (count - 1)
         shorter, longer = min(device, messages), max(device, messages)
