@@ -152,6 +152,14 @@ def test_states_in_the_frame_of_the_odometry(context, tmp_path):
         assert "'base_footprint'; allowed: 'base_link', 'arm'" in told
         assert 'qos_overrides' not in told
 
+        # What it is relative to changes while it runs.
+        for choice, frame in (('base', 'arm'), ('world', 'odom')):
+            assert rig.set_parameters(mobile__relative_to=choice).successful
+            k = drive(rig, Odometry, odometry,
+                      lambda name=frame: twists[-1].header.frame_id == name, k)
+        refused = rig.set_parameters(mobile__relative_to='odom')
+        assert not refused.successful and 'base, world, or nothing' in refused.reason
+
         # A base that is silent for longer than stale_timeout is no base that stands.
         for step in range(20):
             t_ns = START + (k + step) * PERIOD + 61 * 10**9
