@@ -20,7 +20,7 @@ here = Path(__file__).resolve().parent
 if Path(__file__).is_symlink() and not Path('pyproject.toml').exists():
     os.symlink(here / 'pyproject.toml', 'pyproject.toml')
 
-FLAGS = ['-O3', '-g0', '-fwrapv', '-DNDEBUG', '-ffp-contract=off', '-fno-math-errno',
+FLAGS = ['-g0', '-fwrapv', '-DNDEBUG', '-ffp-contract=off', '-fno-math-errno',
          '-fno-trapping-math']
 """Compiled and interpreted core have the same bits: no contraction, no reordering."""
 
@@ -96,7 +96,9 @@ def core_modules() -> list[Extension]:
     # Further flags, such as a sanitizer's, whose library is then loaded before the program.
     flags = os.environ.get('SCREW_KINEMATICS_FLAGS', '').split()
     return [Extension(path[:-len('.pxd')].replace('/', '.'), [path[:-len('.pxd')] + '.py'],
-                      extra_compile_args=FLAGS + flags, extra_link_args=LINK_FLAGS)
+                      # Loops are to be fast; decisions, which have none, to be small.
+                      extra_compile_args=['-O3' if '/core/' in path else '-Os', *FLAGS, *flags],
+                      extra_link_args=LINK_FLAGS)
             for path in found(f'{package_name}/*/*.pxd')]
 
 
