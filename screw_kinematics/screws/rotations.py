@@ -317,13 +317,18 @@ def pose(rotation: Any = None, translation: Any = (0.0, 0.0, 0.0)) -> Array:
     array, shape (..., 4, 4)
         Maps coordinates of the placed frame to those of the other.
 
+    Raises
+    ------
+    ShapeError, InvalidValueError
+        `rotation` is none.
+
     Examples
     --------
     >>> pose(translation=(1, 2, 3))[:3, 3]
     array([1., 2., 3.])
 
     """
-    rotation = np.eye(3) if rotation is None else np.asarray(rotation)
+    rotation = np.eye(3) if rotation is None else checked_rotation('rotation', rotation)
     translation = np.asarray(translation)
     batch = np.broadcast_shapes(rotation.shape[:-2], translation.shape[:-1])
     T = np.zeros(batch + (4, 4), dtype=np.result_type(rotation, translation, float))
