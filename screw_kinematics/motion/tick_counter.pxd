@@ -28,9 +28,5 @@ cdef class TickCounter:
     cpdef long number(self, double stamp, double x, double foreseen, double unforeseen,
                       bint same) except -1
     cpdef go_on_as(self, TickCounter other)
-    cpdef note(self, long d)
-    @cython.locals(period=double, late=double, gain=double, most=double, wobble=double,
-                   shift=double)
-    cpdef double advance(self, long d, double stamp, bint sure) except? -1e300
     @cython.locals(tolerance=double, least=double)
     cdef double _set_by(self, double late) except? -1e300
