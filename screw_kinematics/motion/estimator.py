@@ -78,6 +78,8 @@ class MotionEstimator(JointEstimator):
     min_samples : int
         Samples of a run before the first estimate; it waits up to 0.1 s while it is mostly
         noise.
+    **unknown
+        Nothing: what is misspelt is refused by its name.
 
     """
 
