@@ -313,7 +313,7 @@ class IntervalSmoother:
         self.around(left)
         for k in range(self.m):
             memory: cython.double = REMEMBERED / (
-                self.gains.power[k] ** 0.125 / 6.283185307179586)
+                sqrt(sqrt(sqrt(self.gains.power[k]))) / 6.283185307179586)
             i = 0
             while i < n - 1 and self.times[i] - self.times[0] < memory:
                 self.mean[i, k] = left[i, k]
