@@ -8,7 +8,8 @@ from ..core.period_search cimport PeriodSearch
 from ..core.readings cimport Readings
 
 cdef double PAUSE, JITTER, ADOPT, REGULAR, NOTHING, HELD_MOST, STEPS_SEEN, WORTH_TELLING
-cdef long WINDOW, BLOCK, FIRST, FAR, FEW
+cdef double LATEST, IRREGULAR, LONG, NEXT
+cdef long WINDOW, BLOCK, FIRST, FAR, FEW, FEW_TICKS
 
 
 @cython.final
@@ -38,7 +39,7 @@ cdef class DeviceClock:
         same=bint, ticks=TickCounter, period=double, unit=double, x=double, foreseen=double,
         unforeseen=double, length=double, usual=double, near=long, span=double, told=bint,
         age=double, d=long, off=double, step=double, agree=bint, before=bint, late=double,
-        regular=bint, paced=bint, by_joints=bint, onward=double)
+        regular=bint, paced=bint, pause=bint, by_joints=bint, onward=double)
     cpdef Placed update(self, double stamp, object position, Bank bank)
     @cython.locals(age=double)
     cdef Placed _begin(self, double stamp, object position, bint same)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from array import array
 from collections.abc import Sequence
-from math import dist, inf, sqrt
+from math import dist, hypot, inf, sqrt
 
 from .tick_counter import TickCounter
 from ..core.bank import Bank
@@ -31,6 +31,10 @@ JITTER = 0.08
 """Mean deviation of the first stamps from a line, in periods, from which on ticks are believed
 until the joints say otherwise."""
 
+LATEST, IRREGULAR = 1e-2, 0.3
+"""Mean deviation of the first stamps from a line, s and in periods, beyond which they are of no
+clock: readings come when they come."""
+
 ADOPT = 12.0
 """Log likelihood ratio from which on another counting of ticks is adopted."""
 
@@ -39,6 +43,12 @@ UNFORESEEN = 50.0
 
 FAR = 12
 """Ticks beyond which the filters do not foresee where the joints will be."""
+
+FEW_TICKS, LONG = 3, 0.03
+"""So they do not beyond this many ticks if these take longer than this, s."""
+
+NEXT = 0.35
+"""Ticks by which joints may be from where they go on to in a reading that is merely late."""
 
 REGULAR = 0.05
 """Deviation of stamps from their ticks, in periods, up to which they are right about a pause."""
@@ -203,9 +213,9 @@ class DeviceClock:
             return self._begin(stamp, position, same)
         period, unit = ticks.period, self.unit
         agreed = position
-        x, foreseen, unforeseen, length, usual, near = 0.0, 1e3, 1e3, 0.0, 0.0, FAR
+        x, foreseen, unforeseen, length, usual = 0.0, 1e3, 1e3, 0.0, 0.0
+        near = round((stamp - ticks.phase) / period)
         if bank is not None:
-            near = round((stamp - ticks.phase) / period)
             span = (near if 0 < near < FAR else 1) * unit
             agreed = self._agreed
             x, length = bank.travel(position, unit, span, UNFORESEEN, agreed)
@@ -220,11 +230,17 @@ class DeviceClock:
             d = 0
         else:
             d = ticks.number(stamp, x, foreseen, unforeseen, same and age < 3.5 * period)
-        # Regular stamps that are not proven to be of another clock are right about a pause, the
-        # more so where it is longer than the filters foresee.
+        # Regular stamps that are not proven to be of another clock are right about a loss; all
+        # are about a pause that is longer than the filters foresee, unless what comes after it
+        # is merely late.
         regular = ticks.deviation < REGULAR * period and not (self.proven and self.share < 0.5)
-        if regular and near >= FAR and d >= FAR and bank is not None:
+        pause = d > 0 and (near >= FAR or near > FEW_TICKS and age > LONG) and not (
+            told and bank is not None and self._goes_on(position, x, unit, bank))
+        if pause:
             d = near
+            if not (regular or self.proven):
+                self._begin_anew()                      # it may be no clock at all
+                return self._begin(stamp, position, same)
         if d and same and self._standing:
             # They have stopped for good.
             self._standing = False
@@ -241,8 +257,9 @@ class DeviceClock:
             return Placed(None, self._time + self._ahead + age * self._ratio,
                           1.0 / self._ratio, age, None)
         self.fresh += 1
-        self.lost += d - 1
-        if bank is not None and not same:
+        if not pause:
+            self.lost += d - 1
+        if bank is not None and not same and not pause:
             off = min(abs(x - d) * length, 3.0 * usual)
             self._foreseen = off + 1e-9 if self._foreseen is None else sqrt(
                 0.95 * usual * usual + 0.075 * off * off)
@@ -250,6 +267,10 @@ class DeviceClock:
         span = age * self._ratio
         # Else the stamp was set, or is late: the count alone.
         agree = abs(step) < 0.1 * period + 5.0 * ticks.deviation
+        if pause:
+            told = False
+            self._readings.clear()
+            self._new, agreed = 0, position
         if told:
             self._wrong += 0.05 * ((abs(x - d) > 0.35 and not agree) - self._wrong)
         if agree:
@@ -275,7 +296,7 @@ class DeviceClock:
         paced = False
         if agree:
             onward = span if self.share == 1.0 else d * unit + self.share * step * self._ratio
-        elif regular:
+        elif regular or pause:
             paced = True
             by_joints = told and (near < FAR or abs(x - d) < 0.35 and near > d + 1)
             onward = span
@@ -302,6 +323,17 @@ class DeviceClock:
                 self.ticks is ticks and ticks.sets > 3.0 and abs(ticks.lean) > 0.8):
             replay = self._begin_anew() or replay
         return Placed(self._time, self._time + self._ahead, 1.0 / self._ratio, 0.0, replay)
+
+    def _goes_on(self, position: array[float], x: float, unit: float, bank: Bank) -> bool:
+        """Whether a reading after a pause is the next one, late: all joints go on by a tick."""
+        d = round(x)
+        if not 0 < d < FEW_TICKS:
+            return False
+        n, state = len(position), bank.state()
+        span = d * unit
+        move = [span * (state[n + j] + 0.5 * span * state[2 * n + j]) for j in range(n)]
+        return dist(position, [state[j] + move[j] for j in range(n)]) < (
+            NEXT * hypot(*move) / d)
 
     # ---- before there are ticks
 
@@ -342,6 +374,9 @@ class DeviceClock:
         for number, stamp in zip(numbers, stamps):
             line.add(number - last, stamp)
         phase, period, deviation = line.fit(0.0)
+        if deviation > max(LATEST, IRREGULAR * period):
+            self._stamps = stamps[FIRST // 2:]
+            return
         self.ticks = TickCounter(phase, period, FIRST, max(deviation, 1e-4 * period))
         for number, stamp in zip(numbers, stamps):
             self.ticks.line.add(number - last, stamp)

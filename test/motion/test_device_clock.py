@@ -209,3 +209,27 @@ def test_pauses_among_the_first_readings_are_none_of_the_period(seed, velocity):
             worst = max(worst, np.abs(motion.acceleration + w**2 * np.sin(w * t)).max())
     assert worst < 4 * 25.0
     assert estimator.clock.period == pytest.approx(1e-3, rel=1e-3)
+
+
+@pytest.mark.parametrize('velocity', [False, True])
+@pytest.mark.parametrize('jitter', [0.0, 0.02, 0.12])
+@pytest.mark.parametrize('rate', [250, 500, 1000])
+@pytest.mark.parametrize('runs, pauses', [
+    ((1, 4), (1e-3, 0.24)), ((1, 11), (1e-3, 0.24)), ((1, 100), (1e-3, 0.24)),
+    ((1, 30), (0.02, 0.12)), ((100, 200), (0.03, 0.031)), ((200, 400), (0.1, 0.2))])
+def test_no_loss_overshoots(runs, pauses, rate, jitter, velocity):
+    """Whatever stretches are missing, estimates stay within a few times the signal."""
+    for seed in (1, 2):
+        motion, rng = sines(seed, 6), np.random.default_rng(seed)
+        ticks, positions = stamping.device(motion, rate, 6.0, seed)
+        whole = stamping.on_arrival(ticks, positions, rng, jitter / rate)
+        if jitter == 0.0:
+            whole = whole._replace(stamps=ticks)
+        messages = stamping.in_stretches(whole, rng, runs, pauses)
+        velocities = motion(messages.read)[1] + rng.normal(0.0, 1e-4, (len(messages.read), 6))
+        largest = np.abs(motion(ticks)[2]).max()
+        estimator = MotionEstimator(6)
+        for stamp, position, speed in zip(messages.stamps, messages.positions, velocities):
+            found = estimator.update(stamp, position, speed if velocity else None)
+            if found is not None:
+                assert np.abs(found.acceleration).max() < 5 * largest

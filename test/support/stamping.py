@@ -61,3 +61,15 @@ def with_stalls(messages, length, every):
         late = (stamped > begin) & (stamped < begin + length)
         stamped[late] = begin + length + 1e-5 * np.arange(late.sum())
     return messages._replace(stamps=stamped, stamped=stamped)
+
+
+def in_stretches(messages, rng, runs, pauses):
+    """Let runs of messages arrive, as many as `runs` from .. to, between pauses from .. to [s]."""
+    kept = np.zeros(len(messages.read), dtype=bool)
+    begin = 0
+    while begin < len(kept):
+        end = begin + rng.integers(runs[0], runs[1], endpoint=True)
+        kept[begin:end] = True
+        last = messages.read[min(end, len(kept)) - 1]
+        begin = max(end, np.searchsorted(messages.read, last + rng.uniform(*pauses)))
+    return Messages(*(part[kept] for part in messages))
