@@ -13,10 +13,8 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.node import Node
 from rclpy.time import Time
 
-from .base_input import BaseInput
-from .joint_input import JointInput
 from .robot import Robot
-from .wrench_input import WrenchInput
+from .topic_inputs import BaseInput, JointInput, TopicInput
 from .. import core
 from ..errors import Reason, ScrewKinematicsError
 from ..motion import MotionEstimator
@@ -38,7 +36,8 @@ STOOD = 1.0
 FOREIGN_AGE = 10.0
 """Outputs that keep coming and are older than this, or so far ahead, are of another clock [s]."""
 
-Input = JointInput | WrenchInput
+Inputs = Mapping[str, TopicInput[Any]]
+"""By topic."""
 
 OK, WARN, ERROR, STALE = (DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR,
                           DiagnosticStatus.STALE)
@@ -72,8 +71,7 @@ class Diagnostics:
         logger = self._node.get_logger()
         (logger.info if self._core.compiled else logger.warning)(str(self._core))
 
-    def report(self, now: Time, state: str, inputs: Mapping[str, JointInput],
-               wrench_inputs: Mapping[str, WrenchInput], robots: Collection[Robot],
+    def report(self, now: Time, state: str, inputs: Inputs, robots: Collection[Robot],
                faults: Sequence[str], failure: ScrewKinematicsError | None) -> DiagnosticArray:
         """
         Return the message for /diagnostics.
@@ -84,7 +82,7 @@ class Diagnostics:
             By the node's clock.
         state : str
             Of its life cycle.
-        inputs, wrench_inputs : mapping from str to JointInput and to WrenchInput
+        inputs : mapping from str to TopicInput
             By topic.
         robots : collection of Robot
             In the order of their parameter.
@@ -97,12 +95,11 @@ class Diagnostics:
         array = DiagnosticArray()
         array.header.stamp = now.to_msg()
         array.status = [
-            self._of_node(state, {**inputs, **wrench_inputs}, [robot.name for robot in robots],
-                          faults, failure),
+            self._of_node(state, inputs, [robot.name for robot in robots], faults, failure),
             *(self._of_robot(now, state, robot, _publishers(robot, inputs)) for robot in robots)]
         return array
 
-    def log_news(self, inputs: Mapping[str, Input], robots: Iterable[Robot]) -> None:
+    def log_news(self, inputs: Inputs, robots: Iterable[Robot]) -> None:
         """Log what was refused since the last time, at most every few seconds; and what is new."""
         now = time.monotonic()
         for robot in robots:
@@ -111,8 +108,8 @@ class Diagnostics:
         if now - self._last_log < LOG_PERIOD:
             return
         counts: Counter[str] = Counter()
-        for topic, joint_input in inputs.items():
-            counts.update({f'{topic}: {reason}': n for reason, n in joint_input.refused.items()})
+        for topic, each in inputs.items():
+            counts.update({f'{topic}: {reason}': n for reason, n in each.refused.items()})
         for robot in robots:
             counts.update({f'{robot.name}: {_told(reason)}': n
                            for reason, n in _faults(robot).items()})
@@ -156,7 +153,7 @@ class Diagnostics:
             self._incomplete[robot.name] = float('inf')
             self._node.get_logger().warning(f'{robot.name}: {robot.pipeline.describe_missing()}')
 
-    def _log_faults(self, robot: Robot, inputs: Mapping[str, Input], now: float) -> None:
+    def _log_faults(self, robot: Robot, inputs: Inputs, now: float) -> None:
         """Log once what is wrong with a robot's streams, when that lasts."""
         if robot.pipeline is None:
             return
@@ -167,7 +164,7 @@ class Diagnostics:
                 self._faulty[key] = float('inf')
                 self._node.get_logger().warning(f'{robot.name}: {fault}')
 
-    def _of_node(self, state: str, inputs: Mapping[str, Input], robots: list[str],
+    def _of_node(self, state: str, inputs: Inputs, robots: list[str],
                  faults: Sequence[str], failure: ScrewKinematicsError | None,
                  ) -> DiagnosticStatus:
         level, message = (OK, state) if self._core.compiled else (WARN, str(self._core))
@@ -175,19 +172,19 @@ class Diagnostics:
                                   'core': self._core.state}
         if self._stood[0]:
             values['stood still'] = f'{times(self._stood[0])}, for {self._stood[1]:.1f} s at most'
-        for topic, joint_input in inputs.items():
-            values[f'{topic} publishers'] = joint_input.publishers
-            values[f'{topic} received'] = joint_input.received
-            values[f'{topic} without stamp'] = joint_input.unstamped
-            for reason, n in joint_input.refused.items():
+        for topic, each in inputs.items():
+            values[f'{topic} publishers'] = each.publishers
+            values[f'{topic} received'] = each.received
+            values[f'{topic} without stamp'] = each.unstamped
+            for reason, n in each.refused.items():
                 values[f'{topic} refused {reason}'] = n
-            if isinstance(joint_input, BaseInput):
-                values[f'{topic} type'] = joint_input.kind or 'none yet'
-                if joint_input.problem:
-                    level, message = WARN, joint_input.problem
-            refused = joint_input.refused.total()
+            if isinstance(each, BaseInput):
+                values[f'{topic} type'] = each.kind or 'none yet'
+            if each.problem:
+                level, message = WARN, each.problem
+            refused = each.refused.total()
             if refused > self._unreadable.get(topic, 0):
-                level, message = WARN, f'messages refused on {topic}: {joint_input.last_error}'
+                level, message = WARN, f'messages refused on {topic}: {each.last_error}'
             self._unreadable[topic] = refused
         if faults:
             level, message = WARN, '; '.join(faults)
@@ -239,11 +236,10 @@ class _WrenchCounts(NamedTuple):
     compensated: int
 
 
-def _publishers(robot: Robot, inputs: Mapping[str, Input]) -> int:
+def _publishers(robot: Robot, inputs: Inputs) -> int:
     """Return how many publishers a topic of the robot's joint states has at most."""
     return max([each.publishers for each in inputs.values()
-                if isinstance(each, JointInput) and not isinstance(each, BaseInput)
-                and robot in each.robots], default=0)
+                if isinstance(each, JointInput) and robot in each.robots], default=0)
 
 
 def _values(now: Time, robot: Robot, counts: _Counts, since: _Counts) -> dict[str, Any]:

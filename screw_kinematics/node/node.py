@@ -3,7 +3,7 @@
 """The node: from joint states to the kinematic states of any number of robots."""
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from functools import partial
 from typing import Any
 
@@ -17,14 +17,12 @@ from rclpy.parameter_service import ParameterService
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from std_msgs.msg import String
 
-from .base_input import BaseInput
 from .diagnostics import Diagnostics
-from .joint_input import by_topic, JointInput
 from .parameters import as_values, NodeParameters
 from .requests import answer_always
 from .robot import Robot
+from .topic_inputs import BaseInput, by_topic, JointInput, TopicInput, WrenchInput
 from .worker import Worker
-from .wrench_input import WrenchInput
 from ..errors import ParameterError, ScrewKinematicsError
 
 HOUSEKEEPING_PERIOD = 0.1
@@ -58,8 +56,7 @@ class KinematicStatePublisher(LifecycleNode):
     def __init__(self, **options: Any) -> None:
         super().__init__('kinematic_state_publisher', start_parameter_services=False, **options)
         self.robots: dict[str, Robot] = {}
-        self.inputs: dict[str, JointInput] = {}
-        self.wrench_inputs: dict[str, WrenchInput] = {}
+        self.inputs: dict[str, TopicInput[Any]] = {}
         self.failure: ScrewKinematicsError | None = None
         self.unknown_parameters: list[str] = []
         self.state = 'unconfigured'
@@ -169,21 +166,12 @@ class KinematicStatePublisher(LifecycleNode):
             if robot_settings.description:
                 robot.load_from_parameter()
         robots = self.robots.values()
-        for topic, listeners in by_topic(
-                self, robots, 'joint_states_topic',
-                lambda r: r.settings.joint_states_topic).items():
-            self.inputs[topic] = JointInput(self, topic, listeners)
-        for topic, listeners in by_topic(
-                self, robots, 'wrench_topic',
-                lambda r: [p.wrench_topic for p in r.settings.parts if p.wrench_topic]).items():
-            self.wrench_inputs[topic] = WrenchInput(self, topic, listeners)
-        for topic, listeners in by_topic(
-                self, [r for r in robots if r.settings.base_motion_topic], 'base_motion_topic',
-                lambda r: [r.settings.base_motion_topic]).items():
-            if topic in self.inputs:
-                raise ParameterError(f'{listeners[0].name}.base_motion_topic', topic,
-                                     'another topic than that of joint states')
-            self.inputs[topic] = BaseInput(self, topic, listeners)
+        self._create_inputs(JointInput, 'joint_states_topic',
+                            lambda r: r.settings.joint_states_topic)
+        self._create_inputs(WrenchInput, 'wrench_topic',
+                            lambda r: [part.wrench_topic for part in r.settings.parts])
+        self._create_inputs(BaseInput, 'base_motion_topic',
+                            lambda r: [r.settings.base_motion_topic])
         undescribed = [r for r in robots if not r.settings.description]
         for topic, listeners in by_topic(
                 self, undescribed, 'description_topic',
@@ -196,23 +184,29 @@ class KinematicStatePublisher(LifecycleNode):
                 f'waiting for a description on {robot.settings.description_topic!r}'
                 if robot.model is None else repr(robot.model)))
 
+    def _create_inputs(self, kind: type[TopicInput[Any]], parameter: str,
+                       topics: Callable[[Robot], Iterable[str]]) -> None:
+        for topic, robots in by_topic(self, self.robots.values(), parameter, topics).items():
+            if topic in self.inputs:
+                raise ParameterError(f'{robots[0].name}.{parameter}', topic,
+                                     f'another topic than that of {self.inputs[topic].content}')
+            self.inputs[topic] = kind(self, topic, robots)
+
     def _subscribe(self) -> None:
-        for joint_input in self.inputs.values():
-            joint_input.subscribe()
+        for each in self.inputs.values():
+            each.open()
         # Only now all parameters exist, those of the subscriptions' quality of service too.
         self._see_parameters()
         for sentence in self.unknown_parameters:
             self.get_logger().warning(sentence)
 
     def _see_parameters(self) -> None:
-        awaited = [topic for topic, each in self.inputs.items() if not each.subscribed]
-        self.unknown_parameters = self._settings.unknown([*awaited, *self.wrench_inputs])
+        self.unknown_parameters = self._settings.unknown(
+            topic for topic, each in self.inputs.items() if each.type is None)
 
     def _unsubscribe(self) -> None:
-        for joint_input in self.inputs.values():
-            joint_input.unsubscribe()
-        for wrench_input in self.wrench_inputs.values():
-            wrench_input.unsubscribe()
+        for each in self.inputs.values():
+            each.close()
 
     def _clean_up(self) -> None:
         for subscription in self._descriptions:
@@ -220,7 +214,6 @@ class KinematicStatePublisher(LifecycleNode):
         self._descriptions.clear()
         self._unsubscribe()
         self.inputs.clear()
-        self.wrench_inputs.clear()
         for robot in self.robots.values():
             robot.close()
         self.robots.clear()
@@ -233,15 +226,11 @@ class KinematicStatePublisher(LifecycleNode):
         self._diagnostics.note_stop(HOUSEKEEPING_PERIOD)
         self._worker.collect()
         now = self.get_clock().now().nanoseconds * 1e-9
-        for joint_input in self.inputs.values():
-            if isinstance(joint_input, BaseInput) and joint_input.look():
-                self._see_parameters()
         for robot in self.robots.values():
             robot.update_demand(now)
-        if self.state == 'active':
-            for wrench_input in self.wrench_inputs.values():
-                wrench_input.update_demand()
-        self._diagnostics.log_news({**self.inputs, **self.wrench_inputs}, self.robots.values())
+        if any([each.look() for each in self.inputs.values()]):
+            self._see_parameters()
+        self._diagnostics.log_news(self.inputs, self.robots.values())
 
     def _publish_diagnostics(self) -> None:
         self._report.publish(self.report())
@@ -249,8 +238,7 @@ class KinematicStatePublisher(LifecycleNode):
     def report(self) -> DiagnosticArray:
         """Return the message for /diagnostics."""
         return self._diagnostics.report(
-            self.get_clock().now(), self.state, self.inputs, self.wrench_inputs,
-            self.robots.values(),
+            self.get_clock().now(), self.state, self.inputs, self.robots.values(),
             self.unknown_parameters, self.failure)
 
     def _set_report_rate(self, rate: float) -> None:

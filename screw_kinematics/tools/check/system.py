@@ -62,7 +62,7 @@ def _subscribe(node: Any, heard: Heard, descriptions: Collection[str]) -> None:
     from rclpy.qos import DurabilityPolicy, QoSProfile
     from sensor_msgs.msg import JointState
     from std_msgs.msg import String
-    from ...node.joint_input import joint_states_qos
+    from ...node.topic_inputs import input_qos
 
     def take(streams: JointStreams, data: bytes) -> None:
         streams.add(time.time_ns(), data)
@@ -72,7 +72,7 @@ def _subscribe(node: Any, heard: Heard, descriptions: Collection[str]) -> None:
 
     for topic, streams in heard.streams.items():
         node.create_subscription(JointState, topic, partial(take, streams),
-                                 joint_states_qos(), raw=True)
+                                 input_qos(), raw=True)
     for topic in descriptions:
         node.create_subscription(
             String, topic, partial(describe, topic),
