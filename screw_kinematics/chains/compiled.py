@@ -3,7 +3,7 @@
 """Tracing of chains: from the names of outputs to a compiled program."""
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from typing import Any, TYPE_CHECKING
 
 import numpy as np
@@ -22,7 +22,7 @@ from ..screws.states import reduced_from_classical
 if TYPE_CHECKING:
     from .serial_chain import SerialChain
 
-__all__ = ['compile_chain', 'trace_chain', 'traced_quantities']
+__all__ = ['compile_chain', 'trace_chain']
 
 
 def compile_chain(chain: SerialChain, outputs: Iterable[str] = ('pose', 'twist', 'accel'),
@@ -53,27 +53,20 @@ def compile_chain(chain: SerialChain, outputs: Iterable[str] = ('pose', 'twist',
 
     """
     outputs = checked_outputs(outputs, axes, pole)
-    line = traced_quantities(chain, outputs, axes, pole)
+    line = trace_chain(chain, outputs, axes, pole)
     sizes = {name: find_quantity(name).size(chain.dof, len(chain.joints)) for name in outputs}
     return Program(line, sizes, chain.joint_names, order_of(outputs), axes, pole,
                    chain.base_frame, chain.tip_frame)
 
 
-def traced_quantities(chain: SerialChain, outputs: Sequence[str], axes: str,
-                      pole: str) -> StraightLine:
+def trace_chain(chain: SerialChain, outputs: Iterable[str], axes: str, pole: str) -> StraightLine:
     """
     Return the straight-line program of a chain's quantities.
 
     Parameters
     ----------
-    chain : SerialChain
-        The chain, with numbers as parameters.
-    outputs : sequence of str
-        Names of quantities.
-    axes : {'base', 'tip'}
-        Whose axes six-vectors are in.
-    pole : {'base', 'tip'}
-        Origin that six-vectors are about.
+    chain, outputs, axes, pole : as of :func:`compile_chain`
+        The chain, and what of it.
 
     Returns
     -------
@@ -90,40 +83,7 @@ def traced_quantities(chain: SerialChain, outputs: Sequence[str], axes: str,
     if any(np.asarray(x).dtype == object for x in _parameters(chain)):
         raise InvalidValueError(
             f'{chain!r} has symbolic parameters; only a chain of numbers can be compiled')
-    return trace_chain(chain, outputs, order_of(outputs), axes, pole)
-
-
-def _parameters(chain: SerialChain) -> list[Any]:
-    mimics = [joint.mimic for joint in chain.joints if joint.mimic is not None]
-    return [chain.T_base_tool,
-            *[x for joint in chain.joints for x in (joint.axis, joint.point, joint.pitch)],
-            *[x for mimic in mimics for x in (mimic.multiplier, mimic.offset)]]
-
-
-def trace_chain(chain: SerialChain, outputs: Iterable[str], order: int, axes: str,
-                pole: str) -> StraightLine:
-    """
-    Return the straight-line program of a chain's outputs, in the order given.
-
-    Parameters
-    ----------
-    chain : SerialChain
-        The chain, with numbers as parameters.
-    outputs : iterable of str
-        Names of quantities.
-    order : int
-        Highest time derivative of the joints that is read.
-    axes : {'base', 'tip'}
-        Whose axes six-vectors are in.
-    pole : {'base', 'tip'}
-        Origin that six-vectors are about.
-
-    Returns
-    -------
-    StraightLine
-        As :func:`traced_quantities`, unchecked.
-
-    """
+    order = order_of(outputs)
     n = chain.dof
     inputs = Graph().inputs((order + 1) * n)
     q, *derivatives = [inputs[k * n:(k + 1) * n] for k in range(order + 1)]
@@ -146,6 +106,13 @@ def trace_chain(chain: SerialChain, outputs: Iterable[str], order: int, axes: st
         else:
             values += [*find_quantity(name).of(seen)]
     return straight_line(len(inputs), values)
+
+
+def _parameters(chain: SerialChain) -> list[Any]:
+    mimics = [joint.mimic for joint in chain.joints if joint.mimic is not None]
+    return [chain.T_base_tool,
+            *[x for joint in chain.joints for x in (joint.axis, joint.point, joint.pitch)],
+            *[x for mimic in mimics for x in (mimic.multiplier, mimic.offset)]]
 
 
 def _in_axes(x: Array, pose: Array, axes: str) -> Array:

@@ -40,10 +40,8 @@ class Manipulator(Mechanism):
         ----------
         q, qd : array, shape (..., dof)
             Positions and rates of the measured joints.
-        pole : 'tip', 'base' or array, shape (..., 3)
-            The point it refers to; an array is in base coordinates [m].
-        axes : {'base', 'tip'}
-            Whose axes the components are in.
+        pole, axes : as of :meth:`jacobian`
+            Of the term.
 
         Returns
         -------
@@ -53,7 +51,7 @@ class Manipulator(Mechanism):
         Raises
         ------
         ShapeError, InvalidValueError, UnknownNameError
-            Joint values of a wrong shape, or no such pole or axes.
+            As :meth:`jacobian`.
 
         References
         ----------
@@ -77,10 +75,8 @@ class Manipulator(Mechanism):
             Positions of the measured joints [rad, m].
         wrench : array, shape (..., 6)
             ``(force; moment)`` [N, N m]: a wrench as a screw has its force first.
-        pole : 'tip', 'base' or array, shape (..., 3)
-            The point that the moment refers to; an array is in base coordinates [m].
-        axes : {'base', 'tip'}
-            Whose axes the components are in.
+        pole, axes : as of :meth:`jacobian`
+            Of the wrench.
 
         Returns
         -------
@@ -114,10 +110,8 @@ class Manipulator(Mechanism):
             Positions of the measured joints [rad, m].
         twist : array, shape (..., 6)
             Wanted twist of the tip [rad/s, m/s] about ``pole`` in ``axes``.
-        pole : 'tip', 'base' or array, shape (..., 3)
-            The point it refers to; an array is in base coordinates [m].
-        axes : {'base', 'tip'}
-            Whose axes the components are in.
+        pole, axes : as of :meth:`jacobian`
+            Of the twist.
         secondary : array, shape (..., dof), optional
             Rates wished for as far as the twist allows (null-space motion).
         solver : InverseSolver
@@ -193,10 +187,8 @@ class Manipulator(Mechanism):
             Positions, rates and accelerations of the measured joints.
         jerk : array, shape (..., 6)
             Wanted jerk of the tip [rad/s^3, m/s^3] about ``pole`` in ``axes``.
-        kind : {'classical', 'reduced'}
-            ``[rho; j]`` of the point at the pole, or the reduced jerk.
-        pole, axes, secondary, solver : as of :meth:`inverse_velocity`
-            The secondary motion is of joint jerks.
+        kind, pole, axes, secondary, solver : as of :meth:`inverse_acceleration`
+            Of the jerk.
 
         Returns
         -------
@@ -205,10 +197,8 @@ class Manipulator(Mechanism):
 
         Raises
         ------
-        ShapeError, InvalidValueError, UnknownNameError
-            Arguments of a wrong shape, or no such kind, pole or axes.
-        SingularityError
-            The solver is exact and the jerk impossible.
+        ShapeError, InvalidValueError, UnknownNameError, SingularityError
+            As :meth:`inverse_acceleration`.
 
         """
         return self._inverse(q, (qd, qdd), jerk, kind, pole, axes, secondary, solver)
@@ -225,10 +215,8 @@ class Manipulator(Mechanism):
             Positions, rates, accelerations and jerks of the measured joints.
         snap : array, shape (..., 6)
             Wanted snap of the tip [rad/s^4, m/s^4] about ``pole`` in ``axes``.
-        kind : {'classical', 'reduced'}
-            ``[sigma; s]`` of the point at the pole, or the reduced snap.
-        pole, axes, secondary, solver : as of :meth:`inverse_velocity`
-            The secondary motion is of joint snaps.
+        kind, pole, axes, secondary, solver : as of :meth:`inverse_acceleration`
+            Of the snap.
 
         Returns
         -------
@@ -237,10 +225,8 @@ class Manipulator(Mechanism):
 
         Raises
         ------
-        ShapeError, InvalidValueError, UnknownNameError
-            Arguments of a wrong shape, or no such kind, pole or axes.
-        SingularityError
-            The solver is exact and the snap impossible.
+        ShapeError, InvalidValueError, UnknownNameError, SingularityError
+            As :meth:`inverse_acceleration`.
 
         """
         return self._inverse(q, (qd, qdd, qddd), snap, kind, pole, axes, secondary, solver)

@@ -11,8 +11,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 import struct
 
-from .stamped import out_of_range
-from ..errors import InvalidValueError
+from .stamped import out_of_range, with_count, with_text
 
 _SECOND = 1_000_000_000     # ns
 
@@ -37,12 +36,12 @@ class _ArraysEncoder:
     def __init__(self, joint_names: Sequence[str], frame_id: str, arrays: int,
                  points: bool) -> None:
         body = bytes(8)         # alignment counts from before the stamp
-        body = _with_text(body, frame_id)
-        body = _with_count(body, len(joint_names))
+        body = with_text(body, frame_id)
+        body = with_count(body, len(joint_names))
         for name in joint_names:
-            body = _with_text(body, name)
+            body = with_text(body, name)
         if points:
-            body = _with_count(body, 1)
+            body = with_count(body, 1)
         self._head = body[8:]
         layout, at = f'<4siI{len(self._head)}s', len(body)
         for _ in range(arrays):
@@ -54,22 +53,7 @@ class _ArraysEncoder:
         self._arrays, self._count = arrays, len(joint_names)
 
     def encode(self, stamp_ns: int, values: Sequence[float]) -> bytes:
-        """
-        Return the serialized message.
-
-        Parameters
-        ----------
-        stamp_ns : int
-            Time in ns.
-        values : sequence of float
-            Positions of the joints [rad, m], then velocities, ...; more are passed over.
-
-        Raises
-        ------
-        InvalidValueError
-            The stamp does not fit a message.
-
-        """
+        """Return a message, as of .stamped; values: positions, velocities, ... [rad, m]."""
         n = self._count
         arrays = [x for k in range(self._arrays) for x in (n, *values[k * n:(k + 1) * n])]
         try:
@@ -111,14 +95,3 @@ class JointTrajectoryEncoder(_ArraysEncoder):
 
     def __init__(self, joint_names: Sequence[str]) -> None:
         super().__init__(joint_names, '', 3, points=True)
-
-
-def _with_count(body: bytes, count: int) -> bytes:
-    return body + bytes(-len(body) % 4) + count.to_bytes(4, 'little')
-
-
-def _with_text(body: bytes, text: str) -> bytes:
-    if '\0' in text:
-        raise InvalidValueError(f'name {text!r} contains a NUL character')
-    raw = text.encode() + b'\0'
-    return _with_count(body, len(raw)) + raw

@@ -37,10 +37,7 @@ class _Encoder:
         # Alignment counts from the end of the CDR header; the stamp takes the first 8 bytes.
         body = bytes(8)
         for frame in frames:
-            if '\0' in frame:
-                raise InvalidValueError(f'frame name {frame!r} contains a NUL character')
-            text = frame.encode() + b'\0'
-            body += bytes(-len(body) % 4) + len(text).to_bytes(4, 'little') + text
+            body = with_text(body, frame)
         self._write = StampedMessage(
             b'\0\1\0\0' + body + bytes(-len(body) % 8), list(order)).write
 
@@ -184,6 +181,19 @@ class ImuEncoder(_Encoder):
 
     def __init__(self, frame_id: str) -> None:
         super().__init__([frame_id], range(37))
+
+
+def with_count(body: bytes, count: int) -> bytes:
+    """Return the bytes of a message with a number of elements behind them."""
+    return body + bytes(-len(body) % 4) + count.to_bytes(4, 'little')
+
+
+def with_text(body: bytes, text: str) -> bytes:
+    """Return the bytes of a message with a name behind them."""
+    if '\0' in text:
+        raise InvalidValueError(f'name {text!r} contains a NUL character')
+    raw = text.encode() + b'\0'
+    return with_count(body, len(raw)) + raw
 
 
 def out_of_range(stamp_ns: int) -> InvalidValueError:

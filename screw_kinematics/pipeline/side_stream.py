@@ -13,10 +13,11 @@ Values = Sequence[float]
 
 class SideStream:
     """
-    What was measured beside the joints: a wrench, the motion of the base.
+    What was measured beside the joints and has no derivatives known to foresee it by: a wrench.
 
     It is read between two samples, never beyond the latest one: what is asked for too early is
-    awaited, and may be asked for again.
+    awaited, and may be asked for again. (The motion of a base has derivatives, and is carried to
+    the instant by them, so that no state waits for odometry: :class:`.moving_base.MovingBase`.)
 
     Parameters
     ----------

@@ -10,7 +10,7 @@ import numpy as np
 
 from .layout import LaTeX, Text
 from .request import heading, near_notes, printable, Request
-from ...chains.compiled import traced_quantities
+from ...chains.compiled import trace_chain
 from ...chains.serial_chain import SerialChain
 from ...errors import ToolError
 from ...programs.c_text import c_header, c_source
@@ -108,7 +108,7 @@ def _code(robot: SerialChain, request: Request) -> dict[str, str]:
 def _straight(robot: SerialChain, request: Request,
               ) -> tuple[StraightLine, dict[str, int], dict[str, int]]:
     names = tuple(quantity.name for quantity in request.quantities)
-    line = traced_quantities(robot, names, request.axes, request.pole)
+    line = trace_chain(robot, names, request.axes, request.pole)
     return line, _inputs(robot, request), _outputs(robot, request)
 
 
