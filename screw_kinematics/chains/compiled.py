@@ -10,7 +10,7 @@ import numpy as np
 
 from .tip_motion import tip_motion
 from ..errors import InvalidValueError
-from ..programs.instructions import StraightLine
+from ..programs.straight_line_program import StraightLineProgram
 from ..programs.program import Program
 from ..programs.quantities import checked_outputs, find_quantity, order_of
 from ..programs.tracing import Graph, straight_line
@@ -59,7 +59,8 @@ def compile_chain(chain: SerialChain, outputs: Iterable[str] = ('pose', 'twist',
                    chain.base_frame, chain.tip_frame)
 
 
-def trace_chain(chain: SerialChain, outputs: Iterable[str], axes: str, pole: str) -> StraightLine:
+def trace_chain(chain: SerialChain, outputs: Iterable[str], axes: str, pole: str,
+                ) -> StraightLineProgram:
     """
     Return the straight-line program of a chain's quantities.
 
@@ -70,7 +71,7 @@ def trace_chain(chain: SerialChain, outputs: Iterable[str], axes: str, pole: str
 
     Returns
     -------
-    StraightLine
+    StraightLineProgram
         Positions and derivatives by order in; the outputs, one behind the other, out.
 
     Raises

@@ -14,7 +14,7 @@ from .limbs import Limbs
 from .loop_closure import close_loops
 from .posture_tracker import PostureTracker
 from ..errors import ClosureError, InvalidValueError
-from ..programs.instructions import StraightLine
+from ..programs.straight_line_program import StraightLineProgram
 from ..programs.program import Program
 from ..programs.quantities import ALL, checked_outputs, find_quantity, order_of
 from ..programs.tracing import Graph, straight_line
@@ -222,7 +222,7 @@ def _sizes(outputs: Sequence[str], dof: int, passive: int) -> dict[str, int]:
 
 
 def trace_outputs(outputs: Sequence[str], order: int, dof: int, passive: int, axes: str,
-                  pole: str) -> tuple[StraightLine, list[str]]:
+                  pole: str) -> tuple[StraightLineProgram, list[str]]:
     """
     Return the program from solved quantities to the outputs asked for.
 
@@ -239,7 +239,7 @@ def trace_outputs(outputs: Sequence[str], order: int, dof: int, passive: int, ax
 
     Returns
     -------
-    line : StraightLine
+    line : StraightLineProgram
         Reads position and rotation of the platform, its reduced states about its frame's
         origin in base axes; then, if among the outputs, the Jacobian, and positions and
         velocities of the passive joints.

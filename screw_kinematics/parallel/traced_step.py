@@ -17,7 +17,7 @@ import numpy as np
 
 from .gram_schmidt import OrthogonalColumns
 from .limbs import Limbs, traced_bias
-from ..programs.tracing import Graph, straight_line, StraightLine
+from ..programs.tracing import Graph, straight_line, StraightLineProgram
 from ..screws.se3 import Array, skew
 
 __all__ = ['trace_first_step', 'trace_step', 'TracedStep', 'work_places']
@@ -35,7 +35,7 @@ class TracedStep(NamedTuple):
 
     Parameters
     ----------
-    line : StraightLine
+    line : StraightLineProgram
         The program.
     slices : dict from str to slice
         Of the outputs: squared ``size`` of the step with the characteristic length; ``tests``,
@@ -47,7 +47,7 @@ class TracedStep(NamedTuple):
 
     """
 
-    line: StraightLine
+    line: StraightLineProgram
     slices: dict[str, slice]
 
 
@@ -90,7 +90,7 @@ def work_places(limbs: Limbs, limb_of_row: Sequence[int]) -> list[tuple[int, int
             for column in limbs.columns[limb] if column < len(limbs.actuated)]
 
 
-def trace_first_step(limbs: Limbs, limb_of_row: Sequence[int], orders: int) -> StraightLine:
+def trace_first_step(limbs: Limbs, limb_of_row: Sequence[int], orders: int) -> StraightLineProgram:
     """
     Return the program that foresees a posture and makes one step from there.
 
@@ -105,7 +105,7 @@ def trace_first_step(limbs: Limbs, limb_of_row: Sequence[int], orders: int) -> S
 
     Returns
     -------
-    StraightLine
+    StraightLineProgram
         It reads the actuated joints; the time since the last posture and half its square;
         passive joints, their derivatives by order, and memory of the last posture. It yields
         the squared size of the step, and the passive joints after it.

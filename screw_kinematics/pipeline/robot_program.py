@@ -8,7 +8,7 @@ from typing import Any, Protocol
 
 from .robot_model import TipsModel
 from .settings import RobotSettings
-from ..programs.instructions import StraightLine
+from ..programs.straight_line_program import StraightLineProgram
 from ..programs.joining import joined
 from ..programs.machine import machine
 from ..programs.moving_base import BASE_INPUTS, MovingBaseProgram
@@ -108,7 +108,7 @@ class SeveralTips:
         self.moving_base = any(moving for *_, moving in wanted)
         self.standing_base = not all(moving for *_, moving in wanted)
         self.tips: list[dict[str, slice]] = [{} for _ in needs]
-        lines: list[tuple[StraightLine, list[int]]] = []
+        lines: list[tuple[StraightLineProgram, list[int]]] = []
         self._others: list[tuple[Any, list[int]]] = []
         # Those of one program come first among the values.
         wanted.sort(key=lambda each: type(each[1]) is not Program)

@@ -6,8 +6,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 import re
 
-from .instructions import StraightLine
-from .statements import assignments
+from .straight_line_program import StraightLineProgram
+from .assignments import assignments
 from ..errors import InvalidValueError
 
 KEYWORDS = frozenset(
@@ -41,14 +41,14 @@ def c_header(name: str, inputs: Mapping[str, int], outputs: Mapping[str, int],
         '#ifdef __cplusplus', '}', '#endif', '', '#endif', ''])
 
 
-def c_source(line: StraightLine, name: str, inputs: Mapping[str, int],
+def c_source(line: StraightLineProgram, name: str, inputs: Mapping[str, int],
              outputs: Mapping[str, int]) -> str:
     """
     Return a C function that computes the program; it includes its header, ``name.h``.
 
     Parameters
     ----------
-    line : StraightLine
+    line : StraightLineProgram
         The program.
     name : str
         Name of the function.

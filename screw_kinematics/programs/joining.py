@@ -6,30 +6,31 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import Union
 
-from .instructions import Operation, StraightLine
+from .straight_line_program import Operation, StraightLineProgram
 
 __all__ = ['joined']
 
 
-def joined(parts: Iterable[tuple[StraightLine, Sequence[int]]], n_inputs: int) -> StraightLine:
+def joined(parts: Iterable[tuple[StraightLineProgram, Sequence[int]]], n_inputs: int,
+           ) -> StraightLineProgram:
     """
     Return the program whose outputs are those of all parts, one after the other.
 
     Parameters
     ----------
-    parts : iterable of (StraightLine, sequence of int)
+    parts : iterable of (StraightLineProgram, sequence of int)
         Each with the inputs of the whole that are its own inputs, in their order.
     n_inputs : int
         Of the whole.
 
     Returns
     -------
-    StraightLine
+    StraightLineProgram
         Operations that are equal are in it once; results are the same to the last bit.
 
     Examples
     --------
-    >>> turn = StraightLine(1, (Operation('sin', 0), Operation('cos', 0)), (1, 2))
+    >>> turn = StraightLineProgram(1, (Operation('sin', 0), Operation('cos', 0)), (1, 2))
     >>> joined([(turn, [0]), (turn, [1]), (turn, [0])], 2).count()
     {'cos': 2, 'sin': 2}
 
@@ -49,4 +50,4 @@ def joined(parts: Iterable[tuple[StraightLine, Sequence[int]]], n_inputs: int) -
                 operations.append(operation)
             places.append(known[key])
         outputs += [places[x] if isinstance(x, int) else x for x in line.outputs]
-    return StraightLine(n_inputs, tuple(operations), tuple(outputs))
+    return StraightLineProgram(n_inputs, tuple(operations), tuple(outputs))

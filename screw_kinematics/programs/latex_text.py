@@ -6,8 +6,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 import re
 
-from .instructions import StraightLine
-from .statements import assignments
+from .straight_line_program import StraightLineProgram
+from .assignments import assignments
 
 __all__ = ['latex_rows']
 
@@ -16,14 +16,14 @@ _DOTS = {'q': 'q', 'qd': r'\dot{q}', 'qdd': r'\ddot{q}', 'qddd': r'\dddot{q}',
 _TOKEN = re.compile(r'(?P<number>\d+\.?\d*(?:e[+-]?\d+)?)|(?P<name>[A-Za-z]+)(?P<index>\d*)')
 
 
-def latex_rows(line: StraightLine, input_names: Sequence[str],
+def latex_rows(line: StraightLineProgram, input_names: Sequence[str],
                output_names: Sequence[str]) -> list[tuple[str, str]]:
     r"""
     Return the equations of a program: its terms, then its outputs.
 
     Parameters
     ----------
-    line : StraightLine
+    line : StraightLineProgram
         The program.
     input_names : sequence of str
         Such as q1, qd1, ...: the inputs.

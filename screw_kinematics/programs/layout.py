@@ -17,7 +17,7 @@ from typing import NamedTuple, Union
 
 import numpy as np
 
-from .instructions import StraightLine
+from .straight_line_program import StraightLineProgram
 from ..core.interpreter import Interpreter, KINDS, MAX_ROWS
 from ..errors import InvalidValueError
 
@@ -32,7 +32,7 @@ class _Step(NamedTuple):
     makes: tuple[int, ...]
 
 
-def interpreter(line: StraightLine, width: int, slices: Mapping[str, slice]) -> Interpreter:
+def interpreter(line: StraightLineProgram, width: int, slices: Mapping[str, slice]) -> Interpreter:
     """
     Return an interpreter that has learnt a program.
 
@@ -50,7 +50,7 @@ def interpreter(line: StraightLine, width: int, slices: Mapping[str, slice]) -> 
                        array('Q', outputs), width, list(slices.items()), np.empty)
 
 
-def _steps(line: StraightLine) -> list[_Step]:
+def _steps(line: StraightLineProgram) -> list[_Step]:
     """Return the program in the interpreter's kinds."""
     uses = line.uses()
     steps: dict[int, _Step] = {}
@@ -90,7 +90,7 @@ def _steps(line: StraightLine) -> list[_Step]:
     return list(steps.values())
 
 
-def _runs(line: StraightLine, steps: list[_Step]) -> list[list[_Step]]:
+def _runs(line: StraightLineProgram, steps: list[_Step]) -> list[list[_Step]]:
     """Return the steps in an order with few changes of kind."""
     maker = {value: at for at, step in enumerate(steps) for value in step.makes}
     readers: list[list[int]] = [[] for _ in steps]
@@ -121,7 +121,7 @@ def _runs(line: StraightLine, steps: list[_Step]) -> list[list[_Step]]:
     return runs
 
 
-def _rows(line: StraightLine, runs: list[list[_Step]]) \
+def _rows(line: StraightLineProgram, runs: list[list[_Step]]) \
         -> tuple[list[int], int, list[float], list[int]]:
     """Return code, number of rows, constants, and the rows of the outputs."""
     steps = [step for run in runs for step in run]

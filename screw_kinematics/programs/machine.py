@@ -18,7 +18,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from .instructions import StraightLine
+from .straight_line_program import StraightLineProgram
 from .layout import interpreter
 from .python_text import python_function
 from ..core import interpreted
@@ -58,7 +58,7 @@ class Machine(Protocol):
         """Write the outputs, shape (N, n_outputs), of parts of shape (N, ...)."""
 
 
-def machine(line: StraightLine, width: int = 0,
+def machine(line: StraightLineProgram, width: int = 0,
             slices: Mapping[str, slice] = MappingProxyType({})) -> Machine:
     """
     Return what runs a program here.
@@ -72,7 +72,7 @@ def machine(line: StraightLine, width: int = 0,
 class CompiledMachine:
     """The compiled interpreter; see :class:`Machine`."""
 
-    def __init__(self, line: StraightLine, width: int, slices: Mapping[str, slice]) -> None:
+    def __init__(self, line: StraightLineProgram, width: int, slices: Mapping[str, slice]) -> None:
         self._interpreter = interpreter(line, width, slices)
         self.evaluate = self._interpreter.evaluate
         self.sample = self._interpreter.sample
@@ -94,7 +94,7 @@ class CompiledMachine:
 class TextMachine:
     """The program's Python text; see :class:`Machine`."""
 
-    def __init__(self, line: StraightLine, width: int, slices: Mapping[str, slice]) -> None:
+    def __init__(self, line: StraightLineProgram, width: int, slices: Mapping[str, slice]) -> None:
         self._width, self._slices = width, slices
         self._n_parts = line.n_inputs // width if width else 0
         core = interpreted('interpreter')

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from .c_text import c_header, c_source
-from .instructions import StraightLine
+from .straight_line_program import StraightLineProgram
 from .machine import machine
 from .python_text import python_source
 from .quantities import find_quantity
@@ -36,7 +36,7 @@ class Program:
 
     Parameters
     ----------
-    line : StraightLine
+    line : StraightLineProgram
         What it runs.
     sizes : mapping from str to int
         Names of the outputs, in order, and how many numbers each has.
@@ -64,7 +64,7 @@ class Program:
 
     """
 
-    def __init__(self, line: StraightLine, sizes: Mapping[str, int],
+    def __init__(self, line: StraightLineProgram, sizes: Mapping[str, int],
                  joint_names: Sequence[str], order: int, axes: str = 'base',
                  pole: str = 'tip', base_frame: str = 'base', tip_frame: str = 'tool',
                  input_names: Sequence[str] | None = None) -> None:

@@ -7,18 +7,18 @@ from collections.abc import Callable, Mapping, Sequence
 import math
 from typing import Any
 
-from .instructions import StraightLine
-from .statements import assignments
+from .straight_line_program import StraightLineProgram
+from .assignments import assignments
 
 
-def python_source(line: StraightLine, input_names: Sequence[str], name: str = 'evaluate',
+def python_source(line: StraightLineProgram, input_names: Sequence[str], name: str = 'evaluate',
                   docstring: str = '') -> str:
     """
     Return the text of a Python function from one sequence to a tuple of floats.
 
     Parameters
     ----------
-    line : StraightLine
+    line : StraightLineProgram
         The program.
     input_names : sequence of str
         How the entries of the sequence are called in the text.
@@ -51,14 +51,14 @@ def python_source(line: StraightLine, input_names: Sequence[str], name: str = 'e
     return '\n'.join(rows) + '\n'
 
 
-def named_source(line: StraightLine, name: str, inputs: Mapping[str, int],
+def named_source(line: StraightLineProgram, name: str, inputs: Mapping[str, int],
                  outputs: Mapping[str, int], comment: str = '') -> str:
     """
     Return the text of a Python function whose parameters and results have names.
 
     Parameters
     ----------
-    line : StraightLine
+    line : StraightLineProgram
         The program.
     name : str
         Name of the function.
@@ -103,7 +103,7 @@ def named_source(line: StraightLine, name: str, inputs: Mapping[str, int],
     return '\n'.join([*rows, '    }', ''])
 
 
-def python_function(line: StraightLine, sin: Callable[..., Any], cos: Callable[..., Any],
+def python_function(line: StraightLineProgram, sin: Callable[..., Any], cos: Callable[..., Any],
                     sqrt: Callable[..., Any] = math.sqrt) -> Callable[..., Any]:
     """Return the program as a function from a sequence, of floats or arrays, to a tuple."""
     source = python_source(line, [f'i{k}' for k in range(line.n_inputs)])

@@ -19,7 +19,7 @@ from typing import Any, Union
 
 import numpy as np
 
-from .instructions import Operation, StraightLine
+from .straight_line_program import Operation, StraightLineProgram
 from ..screws.se3 import Array
 
 SNAP = 1e-15
@@ -186,7 +186,7 @@ class Scalar:
         return self.graph.call('sqrt', self)
 
 
-def straight_line(n_inputs: int, outputs: Iterable[Any]) -> StraightLine:
+def straight_line(n_inputs: int, outputs: Iterable[Any]) -> StraightLineProgram:
     """
     Return the program that computes the given expressions, and nothing else.
 
@@ -199,7 +199,7 @@ def straight_line(n_inputs: int, outputs: Iterable[Any]) -> StraightLine:
 
     Returns
     -------
-    StraightLine
+    StraightLineProgram
         What leads to no output is left out.
 
     """
@@ -242,7 +242,7 @@ def straight_line(n_inputs: int, outputs: Iterable[Any]) -> StraightLine:
                 negatives[index] = emit(Operation('neg', index))
             index = negatives[index]
         values.append(index)
-    return StraightLine(n_inputs, tuple(operations), tuple(values))
+    return StraightLineProgram(n_inputs, tuple(operations), tuple(values))
 
 
 def _snap(constant: Any) -> float:

@@ -18,8 +18,8 @@ from typing import Any
 import numpy as np
 
 from ..errors import InvalidValueError, MissingExtraError
-from ..programs.instructions import StraightLine
-from ..programs.statements import assignments
+from ..programs.straight_line_program import StraightLineProgram
+from ..programs.assignments import assignments
 from ..programs.tracing import Graph, straight_line
 from ..screws.vectors import cos, sin
 
@@ -158,7 +158,7 @@ def c_source(name: str, outputs: Mapping[str, Any],
     return '\n'.join([*lines, '}', ''])
 
 
-def traced(values: Sequence[Any], symbols: Sequence[Any]) -> StraightLine:
+def traced(values: Sequence[Any], symbols: Sequence[Any]) -> StraightLineProgram:
     """
     Return the straight-line program of expressions.
 
@@ -171,7 +171,7 @@ def traced(values: Sequence[Any], symbols: Sequence[Any]) -> StraightLine:
 
     Returns
     -------
-    StraightLine
+    StraightLineProgram
         Its outputs are the values, in order.
 
     Raises

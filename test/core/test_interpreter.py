@@ -10,7 +10,7 @@ import pytest
 
 from screw_kinematics.core import interpreted, interpreter
 from screw_kinematics.programs import layout
-from screw_kinematics.programs.instructions import Operation, StraightLine
+from screw_kinematics.programs.straight_line_program import Operation, StraightLineProgram
 from screw_kinematics.programs.machine import machine, TextMachine
 
 TEXT = interpreted('interpreter')
@@ -39,7 +39,7 @@ def some_program(seed, length=300):
         else:
             operations.append(Operation(rng.choice(UNARY), rng.randrange(6 + k)))
     outputs = [rng.randrange(6 + length) for _ in range(40)]
-    return StraightLine(6, tuple(operations), (*outputs, 2.5, -0.0, 0, 3))
+    return StraightLineProgram(6, tuple(operations), (*outputs, 2.5, -0.0, 0, 3))
 
 
 def plainly(line, values):

@@ -14,7 +14,7 @@ from ...chains.compiled import trace_chain
 from ...chains.serial_chain import SerialChain
 from ...errors import ToolError
 from ...programs.c_text import c_header, c_source
-from ...programs.instructions import StraightLine
+from ...programs.straight_line_program import StraightLineProgram
 from ...programs.latex_text import latex_rows
 from ...programs.program import DERIVATIVES
 from ...programs.python_text import named_source
@@ -106,14 +106,14 @@ def _code(robot: SerialChain, request: Request) -> dict[str, str]:
 
 
 def _straight(robot: SerialChain, request: Request,
-              ) -> tuple[StraightLine, dict[str, int], dict[str, int]]:
+              ) -> tuple[StraightLineProgram, dict[str, int], dict[str, int]]:
     names = tuple(quantity.name for quantity in request.quantities)
     line = trace_chain(robot, names, request.axes, request.pole)
     return line, _inputs(robot, request), _outputs(robot, request)
 
 
 def _closed(robot: SerialChain, request: Request,
-            ) -> tuple[StraightLine, dict[str, int], dict[str, int]]:
+            ) -> tuple[StraightLineProgram, dict[str, int], dict[str, int]]:
     from ...symbolic.expressions import joint_symbols
     from ...symbolic.printing import traced
     values = [x for quantity in request.quantities

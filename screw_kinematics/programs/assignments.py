@@ -13,7 +13,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple, Union
 
-from .instructions import StraightLine
+from .straight_line_program import StraightLineProgram
 
 MAX_DEPTH = 30
 """Nesting of an expression; Python's parser allows about 90 levels, C compilers 63."""
@@ -52,14 +52,14 @@ class _Text(NamedTuple):
     leaves: tuple[int, ...]
 
 
-def assignments(line: StraightLine, input_names: Sequence[str],
+def assignments(line: StraightLineProgram, input_names: Sequence[str],
                 name: Callable[[int], str] = 'x{}'.format, reuse: bool = True) -> Assignments:
     """
     Return a straight-line program as assignments.
 
     Parameters
     ----------
-    line : StraightLine
+    line : StraightLineProgram
         The program.
     input_names : sequence of str
         How the inputs are called.
@@ -106,7 +106,7 @@ def _leaf(index: int) -> _Text:
     return _Text(f'{{{_mark(index)}}}', _ATOM, 0, (index,))
 
 
-def _expressions(line: StraightLine) -> tuple[list[tuple[int, _Text]], list[_Text]]:
+def _expressions(line: StraightLineProgram) -> tuple[list[tuple[int, _Text]], list[_Text]]:
     """Return the values that get a name with their expressions, and the outputs."""
     uses = line.uses()
     texts = {k: _leaf(k) for k in range(line.n_inputs)}

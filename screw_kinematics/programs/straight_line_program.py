@@ -30,7 +30,7 @@ class Operation(NamedTuple):
 
 
 @dataclass(frozen=True)
-class StraightLine:
+class StraightLineProgram:
     """
     A program without branches.
 
@@ -83,7 +83,8 @@ class StraightLine:
                 uses[output] += 1
         return uses
 
-    def part(self, inputs: Sequence[int], outputs: Sequence[Union[int, float]]) -> StraightLine:
+    def part(self, inputs: Sequence[int], outputs: Sequence[Union[int, float]],
+             ) -> StraightLineProgram:
         """
         Return the part of the program that leads from some of its values to others.
 
@@ -97,7 +98,7 @@ class StraightLine:
 
         Returns
         -------
-        StraightLine
+        StraightLineProgram
             A program of its own.
 
         """
@@ -119,5 +120,5 @@ class StraightLine:
             operations.append(Operation(
                 kind, renumbered(left), None if right is None else renumbered(right)))
             new_index[value] = len(inputs) + len(operations) - 1
-        return StraightLine(len(inputs), tuple(operations),
-                            tuple(renumbered(value) for value in outputs))
+        return StraightLineProgram(len(inputs), tuple(operations),
+                                   tuple(renumbered(value) for value in outputs))
