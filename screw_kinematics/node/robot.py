@@ -66,6 +66,12 @@ class Robot:
         """Name of the robot."""
         return self.settings.name
 
+    @property
+    def at_work(self) -> str:
+        """Return what is made for it beside the messages, in words; empty if nothing."""
+        return ('reading its description' if self._worker.is_at((self, 'model')) else
+                'compiling its outputs' if self._worker.is_at((self, 'program')) else '')
+
     def take(self, sample: JointSample) -> None:
         """Take a joint sample, and publish the state it leads to."""
         pipeline = self.pipeline

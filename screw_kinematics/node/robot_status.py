@@ -106,6 +106,8 @@ class RobotStatus:
             values['base motion relative to'] = base.world or 'not known yet'
             values['outputs without those relative to the world'] = account.without_base
         values['outputs listened to'] = ', '.join(robot.publishers.wanted_names)
+        if robot.at_work:
+            values['at work'] = robot.at_work
         if pipeline is None:
             return values
         values['model'] = repr(robot.model)
@@ -138,7 +140,8 @@ class RobotStatus:
         if robot.model_error:
             return (ERROR if robot.model is None else WARN), robot.model_error
         if pipeline is None:
-            return WARN, f'waiting for a description on {robot.settings.description_topic!r}'
+            return WARN, robot.at_work or (
+                f'waiting for a description on {robot.settings.description_topic!r}')
         if state != 'active':
             return OK, f'{state}: not listening'
         faults = pipeline.faults(publishers)
@@ -165,6 +168,8 @@ class RobotStatus:
         if outputs and complaints:
             return WARN, '; '.join(complaints)
         doubts = pipeline.doubts()
+        if new and not outputs and robot.at_work:
+            return OK, f'no output yet: {robot.at_work}'
         if new and not outputs:
             return (WARN if doubts else OK), '; '.join(
                 [f'no output: {_most_frequent_use(robot)}', *doubts])

@@ -17,6 +17,7 @@ from typing import NamedTuple, Union
 
 import numpy as np
 
+from .checkpoint import checkpoint
 from .straight_line_program import StraightLineProgram
 from ..core.interpreter import Interpreter, KINDS, MAX_ROWS
 from ..errors import InvalidValueError
@@ -106,6 +107,7 @@ def _runs(line: StraightLineProgram, steps: list[_Step]) -> list[list[_Step]]:
             ready[step.kind].append(at)
     runs = []
     while any(ready.values()):
+        checkpoint()
         # Sines and cosines take longest, and most of what follows waits for them.
         kind = 'sincos' if ready['sincos'] else max(KINDS, key=lambda k: len(ready[k]))
         run = []
@@ -141,6 +143,7 @@ def _rows(line: StraightLineProgram, runs: list[list[_Step]]) \
     code: list[int] = []
     at = 0
     for run in runs:
+        checkpoint()
         code.append(KINDS.index(run[0].kind) | len(run) << 16)
         for step in run:
             targets = []

@@ -19,6 +19,7 @@ from typing import Any, Union
 
 import numpy as np
 
+from .checkpoint import checkpoint, NODES_BETWEEN
 from .straight_line_program import Operation, StraightLineProgram
 from ..screws.se3 import Array
 
@@ -59,6 +60,8 @@ class Graph:
         if index is None:
             index = self._known[key] = len(self.nodes)
             self.nodes.append(Operation(kind, left, right))
+            if not index % NODES_BETWEEN:
+                checkpoint()
         return Scalar(self, index, negative)
 
     def add(self, x: Scalar, y: Scalar) -> Scalar | float:
@@ -209,6 +212,8 @@ def straight_line(n_inputs: int, outputs: Iterable[Any]) -> StraightLineProgram:
 
     def emit(operation: Operation) -> int:
         operations.append(operation)
+        if not len(operations) % NODES_BETWEEN:
+            checkpoint()
         return n_inputs + len(operations) - 1
 
     def place(root: Scalar) -> int:
