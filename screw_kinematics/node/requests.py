@@ -75,7 +75,7 @@ def _refusing_impossible(node: Node, callback: Callback,
             node.get_logger().error(
                 f'transition {asked.label or asked.id!r} is not possible now; '
                 'possible: ' + (', '.join(f'{n} {text!r}' for n, text in present)
-                               or 'none, the node is shut down'))
+                                or 'none, the node is shut down'))
             response.success = False
             return response
         return callback(request, response)

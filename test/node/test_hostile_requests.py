@@ -72,6 +72,8 @@ def test_transitions_that_are_not_possible_are_refused_and_told(context, tmp_pat
         # What is possible still is.
         assert change(rig, 0, 'deactivate') and state(rig) == 'inactive'
         assert change(rig, 3) and state(rig) == 'active'
+        assert change(rig, 7) and not change(rig, 1)
+        rig.wait(lambda: 'possible: none, the node is shut down' in rig.log.read_text())
 
 
 @pytest.mark.parametrize('executor', EXECUTORS)
