@@ -87,6 +87,27 @@ class Readings:
         """Put reading i at another tick."""
         self.tick[i], self.deviation[i], self.time[i] = tick, deviation, time
 
+    def by_ticks(self, time: float, unit: float,
+                 scale: float) -> list[tuple[float, array[float]]] | None:
+        """Return all, by ticks of a unit and a share of deviations from the latest at a time."""
+        last = self.count - 1
+        times = [time + (self.tick[i] - self.tick[last]) * unit
+                 + (self.deviation[i] - self.deviation[last]) * scale for i in range(self.count)]
+        return self.at_times(times, 0.05 * unit)
+
+    def by_stamps(self, time: float) -> list[tuple[float, array[float]]] | None:
+        """Return all, as far from the latest at a time as their stamps are."""
+        last = self.count - 1
+        return self.at_times([time + self.stamp[i] - self.stamp[last] for i in range(self.count)],
+                             1e-5)
+
+    def at_times(self, times: list[float],
+                 apart: float) -> list[tuple[float, array[float]]] | None:
+        """Return all with their times; None where these are not as far apart."""
+        if not all(b - a > apart for a, b in zip(times, times[1:])):
+            return None
+        return [(time, self.position(i)) for i, time in enumerate(times)]
+
     def rescale(self, origin: cython.double, factor: cython.double) -> None:
         """Count ticks from another origin, and by another length."""
         i: cython.Py_ssize_t

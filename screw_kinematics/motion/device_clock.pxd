@@ -2,14 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 cimport cython
 
+from .held_readings cimport HeldReadings
 from .tick_counter cimport TickCounter
 from ..core.bank cimport Bank
 from ..core.period_search cimport PeriodSearch
 from ..core.readings cimport Readings
 
-cdef double PAUSE, JITTER, ADOPT, REGULAR, NOTHING, HELD_MOST, STEPS_SEEN, WORTH_TELLING
-cdef double LATEST, IRREGULAR, LONG, NEXT
-cdef long WINDOW, BLOCK, FIRST, FAR, FEW, FEW_TICKS
+cdef double JITTER, ADOPT, REGULAR, NOTHING, LONG, NEXT
+cdef long WINDOW, FAR, FEW_TICKS
 
 
 @cython.final
@@ -22,17 +22,17 @@ cdef class Placed:
 cdef class DeviceClock:
     cdef dict __dict__
     cdef public TickCounter ticks
-    cdef public double unit, share, hold
+    cdef public double unit, share
     cdef public bint proven
     cdef public long held, fresh, lost
     cdef Readings _readings
     cdef PeriodSearch _periods
-    cdef object _agreed, _position, _foreseen, _moved, _steps
-    cdef list _stamps, _squares
+    cdef HeldReadings _repeated
+    cdef object _begun, _shares, _agreed, _position, _foreseen
     cdef double _first, _last, _time, _tick, _deviation, _ahead, _ratio, _patience, _due
-    cdef double _wrong, _quantum
-    cdef long _new, _rest, _told, _contrary, _same, _blocks
-    cdef bint _lossy, _standing
+    cdef double _wrong
+    cdef long _new, _rest, _told, _contrary
+    cdef bint _lossy
 
     cpdef start(self, double stamp, object position, DeviceClock known=*)
     @cython.locals(

@@ -7,33 +7,24 @@ from __future__ import annotations
 
 from array import array
 from collections.abc import Sequence
-from math import dist, hypot, inf, sqrt
+from copy import copy
+from math import dist, hypot, sqrt
 
+from .clock_findings import clock_doubts, Tally, unknown_time
+from .first_ticks import FIRST, FirstTicks
+from .held_readings import HeldReadings
+from .stamp_share import BLOCK, KNOWN, StampShare
 from .tick_counter import TickCounter
 from ..core.bank import Bank
 from ..core.period_search import PeriodSearch
 from ..core.readings import Readings
-from ..core.robust_line import Line
 
 WINDOW = 40
 """Readings that are searched for a period."""
 
-BLOCK = 12
-"""Readings from which it is found at a time how much of a stamp's deviation is true."""
-
-FIRST = 20
-"""Messages from which a first period is taken."""
-
-PAUSE = 8.0
-"""Steps of the first stamps, in periods, beyond which they tell nothing of the period."""
-
 JITTER = 0.08
 """Mean deviation of the first stamps from a line, in periods, from which on ticks are believed
 until the joints say otherwise."""
-
-LATEST, IRREGULAR = 1e-2, 0.3
-"""Mean deviation of the first stamps from a line, s and in periods, beyond which they are of no
-clock: readings come when they come."""
 
 ADOPT = 12.0
 """Log likelihood ratio from which on another counting of ticks is adopted."""
@@ -53,27 +44,8 @@ NEXT = 0.35
 REGULAR = 0.05
 """Deviation of stamps from their ticks, in periods, up to which they are right about a pause."""
 
-FEW = 100
-"""Readings from which on the clock is told of."""
-
 NOTHING = 2e-3
 """Deviation of stamps from their ticks, in periods, up to which it does not matter."""
-
-HELD_MOST = 0.1
-"""A reading that repeats for longer is of joints that stand, s."""
-
-STEPS_SEEN = 2.5
-"""Steps of the encoder that a joint must move in a tick for a repetition to be no reading."""
-
-WORTH_TELLING = 1e-6
-"""Stamps that jitter by less are rounded, as floats of seconds since 1970 are, s."""
-
-HOLDS, SKIPS = 2, 0.3
-"""Readings that were held, or ticks that were skipped for each reading, from which on who reads
-is taken to have a clock of its own."""
-
-REMEMBERED = 2.0
-"""How long ticks and stamps count for their line, s."""
 
 
 class Placed:
@@ -138,11 +110,11 @@ class DeviceClock:
         """Share of a stamp's deviation from its tick that is true."""
         self.proven = False
         """Whether the joints have shown it."""
-        self.hold = 0.0
-        """For how long readings are held, s."""
         self.held, self.fresh, self.lost = 0, 1, 0
         """Messages that repeated a reading, that brought one, ticks that none was of."""
-        self._stamps = [stamp]
+        self._begun = FirstTicks(stamp)
+        self._repeated = HeldReadings(stamp, position)
+        self._shares = StampShare()
         self._first = self._last = self._time = stamp
         self._position = position
         self._tick = self._deviation = self._ahead = 0.0
@@ -152,22 +124,14 @@ class DeviceClock:
         self._patience, self._due, self._told, self._lossy = 1.0, 0.0, 0, False
         self._foreseen: float | None = None
         self._wrong, self._contrary = 0.0, 0
-        self._quantum = inf
-        self._same = 0
-        # A reading, the one before, when it came, and for how long that one was held.
-        self._moved: tuple[array[float], array[float] | None, float, float] = (
-            position, None, stamp, 0.0)
-        self._steps = (position, position, 1), (position, position, 1)
-        self._standing = False
-        self._squares = [0.0, 0.0, 0.0]
-        self._blocks = 0
         if known is not None and known.ticks is not None:
             self.ticks = known.ticks.fresh(stamp)
             self.unit = self.ticks.period
-            self.share, self.proven, self.hold = known.share, True, known.hold
-            self._lossy, self._foreseen, self._quantum = (
-                known._lossy, known._foreseen, known._quantum)
-            self._squares, self._blocks = list(known._squares), known._blocks
+            self.share, self.proven = known.share, True
+            self._lossy, self._foreseen = known._lossy, known._foreseen
+            self._repeated = HeldReadings(stamp, position, known._repeated.hold,
+                                          known._repeated.quantum)
+            self._shares = copy(known._shares)
 
     @property
     def period(self) -> float:
@@ -176,21 +140,11 @@ class DeviceClock:
 
     @property
     def unknown(self) -> float:
-        """
-        Return the standard deviation of the device's time at a stamp that none can know, s.
-
-        Who reads by another clock takes readings that are up to a period old; where both beat
-        slowly, the joints tell the ticks, but nothing tells what is between.
-        """
-        ticks, count = self.ticks, self.held + self.fresh
-        if ticks is None or self.share > 0.5 or count < FIRST or not (
-                self.held > HOLDS or self.lost > SKIPS * self.fresh):
+        """Return the standard deviation of the device's time that none can know, s."""
+        if self.ticks is None or self.share > 0.5:
             return 0.0
-        device, messages = ticks.period, (self._last - self._first) / (count - 1)
-        shorter, longer = min(device, messages), max(device, messages)
-        # The line through the stamps averages a beat that is faster than it remembers.
-        beats = abs(longer / shorter - round(longer / shorter)) * REMEMBERED / longer
-        return shorter / sqrt(12.0) / max(1.0, beats)
+        return unknown_time(self.ticks, self._tally(), (self._last - self._first)
+                            / (self.held + self.fresh - 1))
 
     def update(self, stamp: float, position: array[float], bank: Bank | None) -> Placed:
         """
@@ -207,7 +161,6 @@ class DeviceClock:
 
         """
         same = position == self._position
-        self._same += same
         ticks = self.ticks
         if ticks is None:
             return self._begin(stamp, position, same)
@@ -224,9 +177,7 @@ class DeviceClock:
             unforeseen = UNFORESEEN * span * span / length
         told = foreseen < 0.3
         age = stamp - self._last
-        self._standing = same and bank is not None and (
-            self._standing or self._stands(length, bank))
-        if same and (age < 1.3 * self.hold or self._standing and age < HELD_MOST):
+        if same and self._repeated.repeats(age, length, unit, bank):
             d = 0
         else:
             d = ticks.number(stamp, x, foreseen, unforeseen, same and age < 3.5 * period)
@@ -241,12 +192,10 @@ class DeviceClock:
             if not (regular or self.proven):
                 self._begin_anew()                      # it may be no clock at all
                 return self._begin(stamp, position, same)
-        if d and same and self._standing:
-            # They have stopped for good.
-            self._standing = False
+        if d and same and self._repeated.standing:
+            self._repeated.stopped(position)
             self._time += age * self._ratio
             self._last = stamp
-            self._steps = (position, position, 1), (position, position, 1)
             ticks.advance(d, stamp, False)
             self._tick += d
             return Placed(self._time, self._time, 1.0 / self._ratio, 0.0,
@@ -276,11 +225,7 @@ class DeviceClock:
         if agree:
             self._deviation += step
         if not same:
-            self._steps = (position, self._position, d), self._steps[0]
-            if self._same or self._moved[3] > 0.0:
-                self._follow_hold(stamp, position)
-            else:
-                self._moved = position, self._moved[0], stamp, 0.0
+            self._repeated.moved(stamp, position, d, False)
         self._last, self._position = stamp, position
         self._tick += d
         before = ticks.deviation > 0.15 * period        # whether the stamps cannot tell
@@ -340,159 +285,67 @@ class DeviceClock:
     def _begin(self, stamp: float, position: array[float], same: bool) -> Placed:
         """Place a message by its stamp."""
         age = stamp - self._last
-        if not same:
-            self._steps = (position, self._position, 1), self._steps[0]
-            self._follow_hold(stamp, position)
-        if same and age < 1.3 * self.hold:
+        if same and self._repeated.repeats(age, 0.0, 0.0, None):
             self.held += 1
             return Placed(None, self._time + age * self._ratio, 1.0 / self._ratio, age, None)
         self.fresh += 1
-        self._stamps.append(stamp)
+        if not same:
+            self._repeated.moved(stamp, position, 1, True)
         self._time += age * self._ratio
         self._last, self._position = stamp, position
-        if len(self._stamps) == FIRST:
-            self._first_ticks()
+        self.ticks = self._begun.add(stamp)
+        if self.ticks is not None:
+            self.unit = self.ticks.period * self._ratio
         return Placed(self._time, self._time, 1.0 / self._ratio, 0.0, None)
-
-    def _first_ticks(self) -> None:
-        """Take one tick for each stamp, or as many as their steps if these are near multiples."""
-        stamps = self._stamps
-        steps = sorted(b - a for a, b in zip(stamps, stamps[1:]))
-        period = steps[len(steps) // 2]
-        pauses = [k for k in range(1, FIRST) if stamps[k] - stamps[k - 1] > PAUSE * period]
-        if pauses:
-            self._stamps = stamps[pauses[-1]:]
-            return
-        apart = sorted(abs(step - period) for step in steps)
-        numbers = list(map(float, range(FIRST)))
-        if apart[len(apart) // 2] < 0.15 * period:
-            for k in range(1, FIRST):
-                numbers[k] = numbers[k - 1] + max(
-                    1.0, round((stamps[k] - stamps[k - 1]) / period))
-        line = Line(FIRST)
-        last = numbers[-1]
-        for number, stamp in zip(numbers, stamps):
-            line.add(number - last, stamp)
-        phase, period, deviation = line.fit(0.0)
-        if deviation > max(LATEST, IRREGULAR * period):
-            self._stamps = stamps[FIRST // 2:]
-            return
-        self.ticks = TickCounter(phase, period, FIRST, max(deviation, 1e-4 * period))
-        for number, stamp in zip(numbers, stamps):
-            self.ticks.line.add(number - last, stamp)
-        self.unit = period * self._ratio
 
     def _begin_anew(self) -> list[tuple[float, array[float]]] | None:
         """Go by the stamps, since the ticks are not what they were; count anew."""
-        readings = self._readings
-        count = readings.number()
-        stamps = [readings.at(i)[2] for i in range(count)]
-        self._ratio = 1.0
         replay = None
-        if count >= BLOCK and all(b - a > 1e-5 for a, b in zip(stamps, stamps[1:])):
-            replay = [(self._time + stamps[i] - stamps[-1], readings.position(i))
-                      for i in range(count)]
-        self.ticks = None
-        self._stamps = [self._last]
+        if self._readings.number() >= BLOCK:
+            replay = self._readings.by_stamps(self._time)
+        self._ratio = 1.0
+        self.ticks, self._begun = None, FirstTicks(self._last)
         self.share, self.proven, self._wrong, self._ahead = 1.0, False, 0.0, 0.0
         self._contrary = 0
         self._readings.clear()
-        self._squares, self._blocks = [0.0, 0.0, 0.0], 0
+        self._shares = StampShare()
         self._rest, self._due, self._patience = 8, 0.0, 1.0
         return replay
-
-    # ---- held readings
-
-    def _stands(self, foreseen: float, bank: Bank) -> bool:
-        """
-        Whether a reading that repeats cannot be a new one: joints do not stop so fast.
-
-        They had gone on evenly, by many steps of the encoder, up to the last reading.
-        """
-        gone, before = (dist(new, old) / ticks for new, old, ticks in self._steps)
-        return (gone > 0.8 * before > 0.0 and foreseen > 0.5 * gone
-                and bank.encoder_steps(self.unit) > STEPS_SEEN)
-
-    def _follow_hold(self, stamp: float, position: array[float]) -> None:
-        """Learn for how long readings are held that repeat and then go on as before."""
-        moved, before, when, ran = self._moved
-        move = [a - b for a, b in zip(position, moved)]
-        sizes = [abs(m) for m in move]
-        self._quantum = min(self._quantum, min(size for size in sizes if size > 0.0))
-        run = stamp - when
-        if before is not None and max(sizes) > 4.0 * self._quantum:
-            old = [a - b for a, b in zip(moved, before)]
-            along = sum(a * b for a, b in zip(move, old))
-            both = sqrt(sum(a * a for a in move) * sum(a * a for a in old))
-            if along > 0.8 * both and self._same > 0:
-                self.hold = max(0.98 * self.hold, min(run, ran))
-            else:
-                self.hold *= 0.98
-        self._moved = position, moved, stamp, run if self._same > 0 else 0.0
-        self._same = 0
 
     # ---- what the joints say
 
     def _judge(self) -> list[tuple[float, array[float]]] | None:
-        """
-        Find how much of the stamps' deviation from the ticks makes the positions smoothest.
-
-        The regression of the fourth differences of positions against ticks on those of velocity
-        times deviation: 0 for late arrival, 1 for a sampler that wobbles and knows it.
-        """
+        """Let the latest readings tell how much of the stamps is true, and of which ticks."""
         ticks = self.ticks
         assert ticks is not None
         self._new = 0
         readings = self._readings
         replay = None
         common = readings.divisor(BLOCK)
-        if common > 1 and (self.hold > 0.0 or self._told >= BLOCK):
+        if common > 1 and (self._repeated.hold > 0.0 or self._told >= BLOCK):
             self._coarsen(common)
         new = readings.regress(BLOCK, ticks.period)
         if not any(new):
             return None
-        if ticks.deviation > NOTHING * ticks.period and all(-inf < value < inf for value in new):
-            self._blocks += 1
-            share = max(0.04, 1.0 / self._blocks)
-            self._squares = [old + share * (value - old)
-                             for old, value in zip(self._squares, new)]
-            cross, of_stamps, of_all = self._squares
-            if of_stamps > 0.0:
-                best = cross / of_stamps
-                left = max(of_all - best * cross, 0.0)
-                # Known well enough, by its deviation? A few blocks can tell the extremes only.
-                if left < 0.5 * of_stamps * min(self._blocks, 25) and (
-                        self._blocks > 4 or best < 0.25 or best > 0.8):
-                    few = self._blocks <= 4
-                    self.share = (0.0 if best < 0.1 or few and best < 0.25
-                                  else 1.0 if best > 0.8 else best)
-                    if not self.proven and self.share < 0.5:
-                        replay = self._place_again()
-                    self.proven = True
-        if self._blocks >= 25:
+        if ticks.deviation > NOTHING * ticks.period:
+            share = self._shares.learn(*new)
+            if share is not None:
+                self.share = share
+                if not self.proven and share < 0.5:
+                    replay = readings.by_ticks(
+                        self._time, self.unit, share * self.unit / ticks.period)
+                self.proven = True
+        blocks = self._shares.blocks
+        if blocks >= KNOWN:
             self._rest = max(8, min(64, int(0.05 / self.unit)))
-        elif (self.share == 1.0 and self.hold == 0.0
+        elif (self.share == 1.0 and self._repeated.hold == 0.0
                 and self._last - readings.at(-BLOCK)[2] > 0.06):
             self._rest = 4
         else:
             self._rest = 8
-        if self.share > 0.2 and self._blocks >= self._due:
+        if self.share > 0.2 and blocks >= self._due:
             replay = self._search() or replay
         return replay
-
-    def _place_again(self) -> list[tuple[float, array[float]]] | None:
-        """Return the latest readings as they would have been placed by what is known now."""
-        readings = self._readings
-        assert self.ticks is not None
-        tick, deviation, _, _ = readings.at(-1)
-        scale = self.share * self.unit / self.ticks.period
-        placed = []
-        for i in range(readings.number()):
-            k, e, _, _ = readings.at(i)
-            placed.append((self._time + (k - tick) * self.unit + (e - deviation) * scale,
-                           readings.position(i)))
-        increasing = all(b[0] - a[0] > 0.05 * self.unit for a, b in zip(placed, placed[1:]))
-        return placed if increasing else None
 
     def _coarsen(self, common: int) -> None:
         """Let ticks be longer: all steps were multiples, of late and long before."""
@@ -514,61 +367,35 @@ class DeviceClock:
         if number < BLOCK:
             return None
         if number >= 30:        # a long window that tells nothing
-            self._due = self._blocks + self._patience
+            self._due = self._shares.blocks + self._patience
             self._patience = min(1.5 * self._patience, 40.0)
         readings.drop(readings.number() - number)
         found = self._periods.search(ticks.deviation, ticks.period)
         if found is None or found[0] < ADOPT:
             return None
-        _, numbers, at_zero, period, deviation = found
-        last = numbers[-1]
-        phase = at_zero + period * last
-        line_period = period
-        known = (abs(period - ticks.period) < 10.0 * deviation / max(last, 1.0) / sqrt(number)
-                 and ticks.count > 2 * number and last == number - 1)
-        if known:               # the longer memory knows better
-            period, phase = ticks.period, ticks.phase
-        new = TickCounter(phase, period, max(ticks.count, number) if known else number, deviation)
-        for a, b in zip(numbers, numbers[1:]):
-            new.note(int(b - a))
-        if known:
-            new.go_on_as(ticks)
-        else:
-            for i, k in enumerate(numbers):
-                new.line.add(k - last, readings.at(i)[2])
-        self.ticks, self.unit, self._ratio = new, period, 1.0
+        _, numbers, at_zero, slope, deviation = found
+        self.ticks = ticks = ticks.recounted(
+            numbers, [readings.at(i)[2] for i in range(number)], at_zero, slope, deviation)
+        period, last = ticks.period, numbers[-1]
+        self.unit, self._ratio = period, 1.0
         self.share, self.proven, self._wrong, self._foreseen = 0.0, True, 0.0, None
-        self._tick, self._ahead = last, self._last - phase
+        self._tick, self._ahead = last, self._last - ticks.phase
         replay = []
         for i, k in enumerate(numbers):
-            e = readings.at(i)[2] - (at_zero + line_period * k)
+            e = readings.at(i)[2] - (at_zero + slope * k)
             time = self._time + (k - last) * period
             readings.place(i, k, e, time)
             replay.append((time, readings.position(i)))
             self._deviation = e
-        self._squares, self._blocks, self._rest, self._due = [0.0, 0.0, 0.0], 0, 8, 0.0
+        self._shares, self._rest, self._due = StampShare(), 8, 0.0
         return replay
 
     # ---- what it has found
 
     def doubts(self) -> Sequence[str]:
         """Return what the clock has found, if the stamps are not when joints were read."""
-        ticks = self.ticks
-        if ticks is None or self.fresh < FEW or self.share > 0.5 or not self.proven:
-            return [] if not self.held else [
-                f'{self.held} of {self.held + self.fresh} messages repeat a reading while the '
-                'joints move']
-        period = ticks.period
-        held, lost = self.held / (self.fresh + self.held), self.lost / (self.fresh + self.lost)
-        if max(held, lost) < 0.01:
-            if ticks.deviation < WORTH_TELLING:
-                return []
-            return [f'stamps jitter by {1e3 * ticks.deviation:.2g} ms: replaced by a regular '
-                    f'clock of {1.0 / period:.1f} Hz']
-        found = (f'read by another clock: device at {1.0 / period:.1f} Hz, readings '
-                 f'{2e3 * ticks.early:.1f} ms old on average')
-        if held > 0.01:
-            found += f', {100.0 * held:.0f} % held'
-        if lost > 0.01:
-            found += f', {100.0 * lost:.0f} % skipped'
-        return [found]
+        other = self.proven and self.share <= 0.5
+        return clock_doubts(self.ticks if other else None, self._tally())
+
+    def _tally(self) -> Tally:
+        return Tally(self.held, self.fresh, self.lost)

@@ -125,20 +125,7 @@ class MotionEstimator(JointEstimator):
         return [share > USED for *_, share in self._bank.velocity_facts()]
 
     def doubts(self, joint_names: Sequence[str] | None = None) -> list[str]:
-        """
-        Return what is odd about the samples, as short sentences.
-
-        Parameters
-        ----------
-        joint_names : sequence of str, optional
-            What to call the joints; by default their indices.
-
-        Returns
-        -------
-        list of str
-            One sentence each; empty if there is nothing.
-
-        """
+        """Return what is odd about the samples, also about when and how fast joints were read."""
         names: Iterable[object] = range(self.n_joints) if joint_names is None else joint_names
         found = [*super().doubts(joint_names), *self._clock.doubts()]
         count = self._bank.count

@@ -12,6 +12,5 @@ cdef class JointEstimator:
     cdef public Admission _admission
     cdef object _delay_ns, _epoch_ns, _pack
 
-    cpdef object _take(self, double stamp, object position, object velocity)
     cpdef object _in_a_row(self, object values)
     cpdef object _measured(self, object velocity)

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from array import array
 from collections.abc import Iterable, Mapping, Sequence
 from math import hypot, nan
@@ -158,10 +159,10 @@ class JointEstimator:
         return [f'pauses of up to {admission.longest_gap:.3g} s, longer than max_gap '
                 f'{admission.max_gap:g} s: begun anew {times(admission.restarts["gap"])}']
 
+    @abstractmethod
     def _take(self, stamp: float, position: array[float],
               velocity: array[float] | None) -> JointMotion | Reason:
-        """Take one sample, stamp in s."""
-        raise NotImplementedError
+        """Take one sample, stamp in s; return the motion it leads to, or why there is none."""
 
     def _in_a_row(self, values: Sequence[float]) -> array[float]:
         """Return numbers as an array, by way of bytes: so it is made in a third of the time."""

@@ -4,7 +4,7 @@ cimport cython
 
 from ..core.robust_line cimport Line
 
-cdef double LONGEST, WRONG
+cdef double WRONG
 cdef long PAIRS, LATE, MOST_TICKS
 
 
@@ -27,6 +27,8 @@ cdef class TickCounter:
                    lowest=long, highest=long)
     cpdef long number(self, double stamp, double x, double foreseen, double unforeseen,
                       bint same) except -1
-    cpdef go_on_as(self, TickCounter other)
+    @cython.locals(new=TickCounter)
+    cpdef TickCounter recounted(self, list numbers, list stamps, double at_zero, double period,
+                                double deviation)
     @cython.locals(tolerance=double, least=double)
     cdef double _set_by(self, double late) except? -1e300

@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 from collections import deque
-from math import inf, log
+from math import inf, log, sqrt
 
 from ..core.robust_line import Line
 
@@ -216,10 +216,33 @@ class TickCounter:
         self.tick = 0.0
         self.forget_steps()
 
-    def go_on_as(self, other: TickCounter) -> None:
-        """Take over the line of a counter of the same period."""
-        self.line, self._stride = other.line, other._stride
-        self.tick, self.shift = other.tick, other.shift
+    def recounted(self, numbers: list[float], stamps: list[float], at_zero: float,
+                  period: float, deviation: float) -> TickCounter:
+        """
+        Return a counter of the ticks that the latest readings are found to be of.
+
+        Parameters
+        ----------
+        numbers, stamps : list of float
+            Of the latest readings: their ticks from 0, and their stamps, s.
+        at_zero, period, deviation : float
+            Of the line through them: the stamp at tick 0, its slope, its mean deviation, s.
+
+        """
+        count, last = len(numbers), numbers[-1]
+        known = (abs(period - self.period) < 10.0 * deviation / max(last, 1.0) / sqrt(count)
+                 and self.count > 2 * count and last == count - 1)
+        new = (TickCounter(self.phase, self.period, max(self.count, count), deviation) if known
+               else TickCounter(at_zero + period * last, period, count, deviation))
+        for a, b in zip(numbers, numbers[1:]):
+            new.note(int(b - a))
+        if known:               # the longer memory knows better
+            new.line, new._stride = self.line, self._stride
+            new.tick, new.shift = self.tick, self.shift
+        else:
+            for number, stamp in zip(numbers, stamps):
+                new.line.add(number - last, stamp)
+        return new
 
     def _fit(self) -> None:
         line = self.line

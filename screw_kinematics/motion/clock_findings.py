@@ -1,0 +1,66 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What a device's clock tells of those whom it serves: what cannot be known, what is odd."""
+
+from __future__ import annotations
+
+from math import sqrt
+from typing import NamedTuple
+
+from .tick_counter import LONGEST, TickCounter
+
+ENOUGH, MANY = 20, 100
+"""Messages from which on it is known who reads, and from which on that is told."""
+
+WORTH_TELLING = 1e-6
+"""Stamps that jitter by less are rounded, as floats of seconds since 1970 are, s."""
+
+HOLDS, SKIPS = 2, 0.3
+"""Readings that were held, or ticks that were skipped for each reading, from which on who reads
+is taken to have a clock of its own."""
+
+
+class Tally(NamedTuple):
+    """What messages brought: the same reading again, a new one; and ticks that none was of."""
+
+    held: int
+    fresh: int
+    lost: int
+
+
+def unknown_time(ticks: TickCounter, tally: Tally, messages: float) -> float:
+    """
+    Return the standard deviation of the device's time at a stamp that none can know, s.
+
+    Who reads by another clock takes readings that are up to a period old; where both beat
+    slowly, the joints tell the ticks, but nothing tells what is between. `messages`: their
+    period, s.
+    """
+    held, fresh, lost = tally
+    if held + fresh < ENOUGH or not (held > HOLDS or lost > SKIPS * fresh):
+        return 0.0
+    shorter, longer = min(ticks.period, messages), max(ticks.period, messages)
+    # The line through the stamps averages a beat that is faster than it remembers.
+    beats = abs(longer / shorter - round(longer / shorter)) * LONGEST / longer
+    return shorter / sqrt(12.0) / max(1.0, beats)
+
+
+def clock_doubts(ticks: TickCounter | None, tally: Tally) -> list[str]:
+    """Return what is odd about when joints were read; `ticks`: None where stamps are right."""
+    held, fresh, lost = tally
+    if ticks is None or fresh < MANY:
+        return [] if not held else [
+            f'{held} of {held + fresh} messages repeat a reading while the joints move']
+    repeated, skipped = held / (fresh + held), lost / (fresh + lost)
+    if max(repeated, skipped) < 0.01:
+        if ticks.deviation < WORTH_TELLING:
+            return []
+        return [f'stamps jitter by {1e3 * ticks.deviation:.2g} ms: replaced by a regular '
+                f'clock of {1.0 / ticks.period:.1f} Hz']
+    found = (f'read by another clock: device at {1.0 / ticks.period:.1f} Hz, readings '
+             f'{2e3 * ticks.early:.1f} ms old on average')
+    if repeated > 0.01:
+        found += f', {100.0 * repeated:.0f} % held'
+    if skipped > 0.01:
+        found += f', {100.0 * skipped:.0f} % skipped'
+    return [found]

@@ -1,0 +1,67 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The first ticks of a device, from the first stamps alone."""
+
+from __future__ import annotations
+
+from .tick_counter import TickCounter
+from ..core.robust_line import Line
+
+FIRST = 20
+"""Messages from which a first period is taken."""
+
+PAUSE = 8.0
+"""Steps of the first stamps, in periods, beyond which they tell nothing of the period."""
+
+EVEN = 0.15
+"""Deviation of the middle one of the steps, in periods, up to which longer ones are multiples."""
+
+LATEST, IRREGULAR = 1e-2, 0.3
+"""Mean deviation of the first stamps from a line, s and in periods, beyond which they are of no
+clock: readings come when they come."""
+
+
+class FirstTicks:
+    """
+    Take one tick for each stamp, or as many as their steps if these are near multiples.
+
+    Parameters
+    ----------
+    stamp : float
+        Of the reading that the run begins with, s.
+
+    """
+
+    def __init__(self, stamp: float) -> None:
+        self._stamps = [stamp]
+
+    def add(self, stamp: float) -> TickCounter | None:
+        """Add the stamp of a reading; return who counts on, once there are enough."""
+        self._stamps.append(stamp)
+        if len(self._stamps) < FIRST:
+            return None
+        stamps = self._stamps
+        steps = sorted(b - a for a, b in zip(stamps, stamps[1:]))
+        period = steps[len(steps) // 2]
+        pauses = [k for k in range(1, FIRST) if stamps[k] - stamps[k - 1] > PAUSE * period]
+        if pauses:
+            self._stamps = stamps[pauses[-1]:]
+            return None
+        apart = sorted(abs(step - period) for step in steps)
+        numbers = list(map(float, range(FIRST)))
+        if apart[len(apart) // 2] < EVEN * period:
+            for k in range(1, FIRST):
+                numbers[k] = numbers[k - 1] + max(
+                    1.0, round((stamps[k] - stamps[k - 1]) / period))
+        line = Line(FIRST)
+        last = numbers[-1]
+        for number, each in zip(numbers, stamps):
+            line.add(number - last, each)
+        phase, period, deviation = line.fit(0.0)
+        if deviation > max(LATEST, IRREGULAR * period):
+            self._stamps = stamps[FIRST // 2:]
+            return None
+        ticks = TickCounter(phase, period, FIRST, max(deviation, 1e-4 * period))
+        for number, each in zip(numbers, stamps):
+            ticks.line.add(number - last, each)
+        return ticks

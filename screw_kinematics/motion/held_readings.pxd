@@ -1,0 +1,18 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+cimport cython
+
+from ..core.bank cimport Bank
+
+cdef double HELD_MOST, STEPS_SEEN
+
+
+@cython.final
+cdef class HeldReadings:
+    cdef public double hold, quantum
+    cdef public bint standing
+    cdef long _same
+    cdef object _position, _moved, _steps
+
+    cpdef bint repeats(self, double age, double foreseen, double unit, Bank bank) except -1
+    cpdef moved(self, double stamp, object position, long ticks, bint learn)

@@ -1,0 +1,111 @@
+# cython: annotation_typing=False
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Which messages merely repeat the reading before."""
+
+from __future__ import annotations
+
+from array import array
+from math import dist, inf
+
+from ..core.bank import Bank
+
+HELD_MOST = 0.1
+"""A reading that repeats for longer is of joints that stand, s."""
+
+STEPS_SEEN = 2.5
+"""Steps of the encoder that a joint must move in a tick for a repetition to be no reading."""
+
+
+class HeldReadings:
+    """
+    Tell a reading that is sent again from joints that stand.
+
+    A reading that repeats is a held one for as long as readings have been held before, or, the
+    first time, where the joints went on too fast to have stopped.
+
+    Parameters
+    ----------
+    stamp, position
+        Of the reading that the run begins with, s; rad or m.
+    hold : float
+        For how long readings are held, as far as it is known, s.
+    quantum : float
+        The smallest step of a joint that was seen; infinite if there was none.
+
+    """
+
+    def __init__(self, stamp: float, position: array[float], hold: float = 0.0,
+                 quantum: float = inf) -> None:
+        self.hold, self.quantum = hold, quantum
+        self.standing = False
+        """Whether the reading repeats although the joints cannot have stopped."""
+        self._same = 0
+        self._position = position
+        # A reading, the one before, when it came, and for how long that one was held.
+        self._moved: tuple[array[float], array[float] | None, float, float] = (
+            position, None, stamp, 0.0)
+        self._steps = (position, position, 1), (position, position, 1)
+
+    def repeats(self, age: float, foreseen: float, unit: float, bank: Bank | None) -> bool:
+        """
+        Take a reading that is the same as before; return whether it is but sent again.
+
+        Parameters
+        ----------
+        age : float
+            Since it was first sent, s.
+        foreseen : float
+            Length of the joints' move in a tick, by the filters.
+        unit : float
+            A tick, s.
+        bank : FilterBank, optional
+            The filters; None while they have not settled.
+
+        """
+        self._same += 1
+        self.standing = bank is not None and (self.standing or self._stands(foreseen, unit, bank))
+        return age < 1.3 * self.hold or self.standing and age < HELD_MOST
+
+    def moved(self, stamp: float, position: array[float], ticks: int, learn: bool) -> None:
+        """Take another reading, so many ticks later; `learn`: how far joints step at least."""
+        self.standing = False
+        self._steps = (position, self._position, ticks), self._steps[0]
+        self._position = position
+        if learn or self._same or self._moved[3] > 0.0:
+            self._follow(stamp, position)
+        else:
+            self._moved = position, self._moved[0], stamp, 0.0
+
+    def stopped(self, position: array[float]) -> None:
+        """Know that the joints have stopped for good."""
+        self.standing = False
+        self._steps = (position, position, 1), (position, position, 1)
+
+    def _stands(self, foreseen: float, unit: float, bank: Bank) -> bool:
+        """
+        Whether a reading that repeats cannot be a new one: joints do not stop so fast.
+
+        They had gone on evenly, by many steps of the encoder, up to the last reading.
+        """
+        gone, before = (dist(new, old) / ticks for new, old, ticks in self._steps)
+        return (gone > 0.8 * before > 0.0 and foreseen > 0.5 * gone
+                and bank.encoder_steps(unit) > STEPS_SEEN)
+
+    def _follow(self, stamp: float, position: array[float]) -> None:
+        """Learn for how long readings are held that repeat and then go on as before."""
+        moved, before, when, ran = self._moved
+        move = [a - b for a, b in zip(position, moved)]
+        sizes = [abs(m) for m in move]
+        self.quantum = min(self.quantum, min(size for size in sizes if size > 0.0))
+        run = stamp - when
+        if before is not None and max(sizes) > 4.0 * self.quantum:
+            old = [a - b for a, b in zip(moved, before)]
+            along = sum(a * b for a, b in zip(move, old))
+            both = dist(position, moved) * dist(moved, before)
+            if along > 0.8 * both and self._same > 0:
+                self.hold = max(0.98 * self.hold, min(run, ran))
+            else:
+                self.hold *= 0.98
+        self._moved = position, moved, stamp, run if self._same > 0 else 0.0
+        self._same = 0
