@@ -10,9 +10,9 @@ import numpy as np
 
 from .tip_motion import tip_motion
 from ..errors import InvalidValueError
-from ..programs.straight_line_program import StraightLineProgram
 from ..programs.program import Program
 from ..programs.quantities import checked_outputs, find_quantity, order_of
+from ..programs.straight_line_program import StraightLineProgram
 from ..programs.tracing import Graph, straight_line
 from ..screws.body_state import BodyState
 from ..screws.rigid import row_of_pose

@@ -14,9 +14,9 @@ from .limbs import Limbs
 from .loop_closure import close_loops
 from .posture_tracker import PostureTracker
 from ..errors import ClosureError, InvalidValueError
-from ..programs.straight_line_program import StraightLineProgram
 from ..programs.program import Program
 from ..programs.quantities import ALL, checked_outputs, find_quantity, order_of
+from ..programs.straight_line_program import StraightLineProgram
 from ..programs.tracing import Graph, straight_line
 from ..screws.body_state import BodyState
 from ..screws.rigid import pose_from_row

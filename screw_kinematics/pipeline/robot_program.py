@@ -8,11 +8,11 @@ from typing import Any, Protocol
 
 from .robot_model import TipsModel
 from .settings import RobotSettings
-from ..programs.straight_line_program import StraightLineProgram
 from ..programs.joining import joined
 from ..programs.machine import machine
 from ..programs.moving_base import BASE_INPUTS, MovingBaseProgram
 from ..programs.program import Program
+from ..programs.straight_line_program import StraightLineProgram
 
 Needs = tuple[tuple[str, ...], ...]
 """For each tip the outputs of its program; none if nobody listens."""

@@ -6,8 +6,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 import re
 
-from .straight_line_program import StraightLineProgram
 from .assignments import assignments
+from .straight_line_program import StraightLineProgram
 from ..errors import InvalidValueError
 
 KEYWORDS = frozenset(

@@ -6,8 +6,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 import re
 
-from .straight_line_program import StraightLineProgram
 from .assignments import assignments
+from .straight_line_program import StraightLineProgram
 
 __all__ = ['latex_rows']
 

@@ -18,9 +18,9 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from .straight_line_program import StraightLineProgram
 from .layout import interpreter
 from .python_text import python_function
+from .straight_line_program import StraightLineProgram
 from ..core import interpreted
 from ..core.interpreter import COMPILED, MAX_PARTS
 from ..screws.se3 import Array

@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 
 from .c_text import c_header, c_source
-from .straight_line_program import StraightLineProgram
 from .machine import machine
 from .python_text import python_source
 from .quantities import find_quantity
+from .straight_line_program import StraightLineProgram
 from ..errors import InvalidValueError, ShapeError, UnknownNameError
 from ..screws.se3 import Array
 from ..screws.vectors import checked_array

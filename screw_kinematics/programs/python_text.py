@@ -7,8 +7,8 @@ from collections.abc import Callable, Mapping, Sequence
 import math
 from typing import Any
 
-from .straight_line_program import StraightLineProgram
 from .assignments import assignments
+from .straight_line_program import StraightLineProgram
 
 
 def python_source(line: StraightLineProgram, input_names: Sequence[str], name: str = 'evaluate',

@@ -17,14 +17,14 @@ from ..screws.se3 import Array
 
 class LinkMotion(NamedTuple):
     """
-    Motion of a link in the base frame.
+    Motion of a link in the base frame; in the world, if the robot's motion is relative to that.
 
     Attributes
     ----------
     stamps : array of int, shape (N,)
         In ns.
     rotation : array, shape (N, 3, 3)
-        From link to base coordinates.
+        From link coordinates to those of that frame.
     position, velocity, acceleration : array, shape (N, 3)
         Of its origin, classical.
     angular_velocity, angular_acceleration : array, shape (N, 3)
@@ -40,7 +40,7 @@ class LinkMotion(NamedTuple):
     angular_acceleration: Array
 
     def in_link(self, vectors: Array) -> Array:
-        """Return vectors of base coordinates in those of the link, shape (N, 3)."""
+        """Return vectors of that frame in coordinates of the link, shape (N, 3)."""
         return np.einsum('nji,nj->ni', self.rotation, vectors)
 
 
@@ -56,11 +56,11 @@ def link_motion(recording: Recording, settings: RobotSettings, namespace: str) -
     """
     # None of its outputs is wanted, nor what else they need.
     robot = recorded_robot(recording, replace(settings, outputs=('pose',)), namespace, order=2)
-    program = robot.model.compile(('pose', 'twist', 'accel'))
+    tip = robot.at_tip('pose', 'twist', 'accel')
     stamps: list[Array] = []
     rows: list[Array] = []
     for block in robot.states(recording):
-        found = program.batch(*block.motion[:3])
+        found = tip(block)
         stamps.append(block.stamps)
         rows.append(np.concatenate([found['pose'], found['twist'], found['accel']], axis=1))
     if not stamps:

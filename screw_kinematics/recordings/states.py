@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -46,8 +47,10 @@ class StateBlock(NamedTuple):
         All outputs of the program, one after the other.
     variances : array, shape (4, N, n)
         Of positions, velocities, accelerations and jerks of the joints.
+    base : array, shape (N, BASE_INPUTS), or None
+        The motion of the base in the world, if the states are relative to that.
     base_variances : array, shape (N, 24), or None
-        Of the twist of a moving base and its derivatives.
+        Of its twist and the derivatives.
 
     """
 
@@ -56,6 +59,7 @@ class StateBlock(NamedTuple):
     motion: Array
     values: Array
     variances: Array
+    base: Array | None = None
     base_variances: Array | None = None
 
 
@@ -129,6 +133,16 @@ class RecordedRobot:
             if len(states.stamps):
                 yield states
 
+    def at_tip(self, *outputs: str) -> Callable[[StateBlock], dict[str, Array]]:
+        """
+        Return what computes these outputs of the states in a block.
+
+        About the tip, in axes of what the states are relative to, whatever the settings say.
+        """
+        program = compile_tip(self.model, outputs, replace(
+            self.settings, expressed_in='base', reference_point='tip'))
+        return lambda block: _batch(program, block.motion, block.base)
+
     def _samples(self, recording: Recording | JointTable) -> Iterator[Sample]:
         offset = self.settings.motion.stamp_offset_ns
         for topic, received, sample in self._recorded(recording):
@@ -143,23 +157,28 @@ class RecordedRobot:
         return recording.samples(set(self.topics))
 
     def _evaluate(self, block: MotionBlock) -> StateBlock:
-        motion, unsure = block.motion, None
-        if self.base is None:
-            results = self.program.batch(*motion[:self.program.order + 1])
-        else:
+        base, unsure = None, None
+        if self.base is not None:
             known, base, unsure = self.base.at(block.stamps, self.settings.stale_timeout)
             self.account.refused[Reason.BASE_TOO_OLD] += int((~known).sum())
-            motion = motion[:, known]
-            block = block._replace(stamps=block.stamps[known], received=block.received[known],
-                                   motion=motion, variances=block.variances[:, known])
-            results = self.program.batch(*motion[:self.program.order + 1], base=base)
+            block = block._replace(
+                stamps=block.stamps[known], received=block.received[known],
+                motion=block.motion[:, known], variances=block.variances[:, known])
+        results = _batch(self.program, block.motion, base)
         values = np.concatenate([results[name] for name in self.program.slices], axis=1)
         finite = np.isfinite(values).all(axis=1)
         self.account.refused[Reason.STATE_NOT_FINITE] += int((~finite).sum())
         self.account.outputs += int(finite.sum())
-        return StateBlock(block.stamps[finite], block.received[finite], block.motion[:, finite],
-                          values[finite], block.variances[:, finite],
-                          None if unsure is None else unsure[finite])
+        return StateBlock(
+            block.stamps[finite], block.received[finite], block.motion[:, finite],
+            values[finite], block.variances[:, finite],
+            *(None if each is None else each[finite] for each in (base, unsure)))
+
+
+def _batch(program: Any, motion: Array, base: Array | None) -> dict[str, Array]:
+    of_base = {} if base is None else {'base': base}
+    results: dict[str, Array] = program.batch(*motion[:program.order + 1], **of_base)
+    return results
 
 
 def recorded_robot(recording: Recording | JointTable, settings: RobotSettings, namespace: str,

@@ -28,7 +28,7 @@ _SLOW = 0.01                       # [m/s]: below, there is nothing to stop
 @dataclass
 class MotionSummary:
     """
-    Speeds, accelerations, workspace and odd moments of a tip.
+    Speeds, accelerations, workspace and odd moments of a tip, relative to what its states are.
 
     Attributes
     ----------
@@ -99,8 +99,7 @@ class Summarizer:
 
     def __init__(self, robot: RecordedRobot, stop_limit: float) -> None:
         self.summary = MotionSummary()
-        self._model = robot.model
-        self._program = robot.model.compile(('pose', 'twist', 'accel'))
+        self._tip = robot.at_tip('pose', 'twist', 'accel')
         self._max_gap = float(robot.settings.motion.options['max_gap'])
         self._stop_limit = stop_limit
         self._start: int | None = None
@@ -117,7 +116,7 @@ class Summarizer:
     def add(self, block: StateBlock) -> None:
         """Take the states of a block, in order; positions, velocities and accelerations."""
         found, stamps = self.summary, block.stamps
-        states = self._program.batch(*block.motion[:3])
+        states = self._tip(block)
         position, twist, accel = states['pose'][:, :3], states['twist'], states['accel']
         steps = np.diff(stamps, append=stamps[-1:]) * 1e-9
         period = float(np.median(steps[:-1])) if len(steps) > 1 else 0.0

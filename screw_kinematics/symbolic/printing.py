@@ -18,8 +18,8 @@ from typing import Any
 import numpy as np
 
 from ..errors import InvalidValueError, MissingExtraError
-from ..programs.straight_line_program import StraightLineProgram
 from ..programs.assignments import assignments
+from ..programs.straight_line_program import StraightLineProgram
 from ..programs.tracing import Graph, straight_line
 from ..screws.vectors import cos, sin
 

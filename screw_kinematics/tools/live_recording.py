@@ -61,7 +61,9 @@ def recording_of(arguments: argparse.Namespace, robots: Collection[RobotSettings
     latched = {full_name(arguments.namespace, robot.description_topic) for robot in robots
                if not robot.description}
     topics = {full_name(arguments.namespace, name) for robot in robots
-              for name in robot.joint_states_topic} | {full_name(arguments.namespace, topic)}
+              for name in robot.joint_states_topic} | {full_name(arguments.namespace, topic)} | {
+        full_name(arguments.namespace, robot.base_motion_topic) for robot in robots
+        if robot.relative_to == 'world'}
     with TemporaryDirectory(prefix='screw_kinematics_') as folder:
         path = Path(folder) / 'running_system'
         _listen(path, topics, latched, arguments.seconds)

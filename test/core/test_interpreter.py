@@ -10,8 +10,8 @@ import pytest
 
 from screw_kinematics.core import interpreted, interpreter
 from screw_kinematics.programs import layout
-from screw_kinematics.programs.straight_line_program import Operation, StraightLineProgram
 from screw_kinematics.programs.machine import machine, TextMachine
+from screw_kinematics.programs.straight_line_program import Operation, StraightLineProgram
 
 TEXT = interpreted('interpreter')
 SPECIAL = 0.0, -0.0, 1.0, -1.0, 1e-300, 1e300, math.inf, -math.inf, math.nan, 1e5, 1e7, -3e9

@@ -11,6 +11,8 @@ from screw_kinematics.screws.body_state import BodyState
 from screw_kinematics.screws.exponential import exp
 from screw_kinematics.screws.rotations import pose, quaternion_from_rotation, rotation_rpy
 from screw_kinematics.screws.se3 import inverse
+from screw_kinematics.tools.view.live import LiveRobots
+from screw_kinematics.tools.view.motion import ShownMotion
 from std_msgs.msg import String
 from support.rig import (
     joint_state, KEEP, LIMIT, running, six, smooth_motion, stamp_ns, start)
@@ -197,6 +199,26 @@ def test_a_base_that_says_no_pose_and_tips_of_both_kinds(context, tmp_path):
             return six(message.twist), np.concatenate([back @ state.velocity[:3],
                                                        back @ state.velocity[3:]])
         assert max(compare(hand, in_base)) < 2e-2
+
+
+def test_the_view_draws_a_robot_where_its_base_is(context, tmp_path):
+    with running(context, tmp_path, parameters()) as rig:
+        motion = ShownMotion('mobile', models.load_urdf(ROBOT, 'arm', 'hand'), world='odometry')
+        with LiveRobots([motion], [['joint_states']], '') as shown:
+            rig.wait_until_serving('mobile', ['pose', 'twist', 'accel'])
+
+            def enough():
+                shown.listen(1e-3)
+                return len(motion.snapshots) > 40
+            drive(rig, Odometry, odometry, enough)
+        assert motion.world == 'odom'
+        mount = pose(rotation_rpy(0, 0, 0.5), (0.2, 0, 0.4))
+        for snapshot in motion.snapshots[20:]:
+            # On the base's bend, as far along as it has turned.
+            seat = snapshot.base @ inverse(mount)
+            way = np.arctan2(seat[1, 0], seat[0, 0]) / 0.8
+            np.testing.assert_allclose(seat, exp(way * np.array([0, 0, 0.8, 1, 0, 0])), atol=2e-3)
+            np.testing.assert_allclose(snapshot.skeleton[0][-1], snapshot.pose[:3, 3], atol=1e-9)
 
 
 def test_a_topic_of_another_type_is_named(context, tmp_path):

@@ -5,11 +5,17 @@ import math
 
 import numpy as np
 import pytest
+from screw_kinematics.pipeline.parameter_file import read_robots
+from screw_kinematics.recordings.link_motion import link_motion
+from screw_kinematics.recordings.processing import process, Task
+from screw_kinematics.recordings.recording import Recording
+from screw_kinematics.recordings.sources import find_sources
 from screw_kinematics.recordings.tables import read_history
 from screw_kinematics.screws.body_state import BodyState
 from screw_kinematics.screws.exponential import exp
 from screw_kinematics.screws.rotations import quaternion_from_rotation
 from screw_kinematics.tools.bag import main as bag
+from screw_kinematics.tools.view.recorded import recorded_motions
 from support import recordings as rec
 
 TWIST, ODOMETRY = 'geometry_msgs/msg/TwistStamped', 'nav_msgs/msg/Odometry'
@@ -132,3 +138,40 @@ def test_a_twist_in_wrong_axes_is_found(tmp_path, capsys):
     assert bag.main([str(path), '--params-file', str(file), '--outputs', 'twist',
                      '--output', str(tmp_path / 'x.csv')]) == 0
     assert 'does not tell how its pose moves' in capsys.readouterr().out
+
+
+def test_whatever_is_made_of_a_recording_knows_the_base(tmp_path):
+    path, file = recorded(tmp_path, of_base())
+    robot, = read_robots(file)
+    with Recording(path) as recording:
+        link = link_motion(recording, robot, '')
+    inside = slice(100, -100, 50)
+    states = list(exact(link.stamps[inside]))
+    for found, value, bound in (
+            (link.position, lambda s: s.pose[:3, 3], 1e-4),
+            (link.rotation, lambda s: s.pose[:3, :3], 1e-4),
+            (link.velocity, lambda s: s.velocity[3:], 2e-3),
+            (link.angular_velocity, lambda s: s.velocity[:3], 2e-3),
+            (link.acceleration, lambda s: s.classical(2)[3:], 5e-2)):
+        np.testing.assert_allclose(found[inside], [value(s) for s in states], atol=bound)
+
+    motion, = recorded_motions(str(path), [robot], '')
+    assert motion.world == 'odom'
+    snapshots = motion.snapshots[20:-20:20]
+    # Without the offset of the first state the times would be those of the stamps.
+    start = link.stamps[0]
+    for snapshot, state in zip(snapshots, exact([start + 1e9 * s.time for s in snapshots])):
+        np.testing.assert_allclose(snapshot.pose, state.pose, atol=1e-4)
+        np.testing.assert_allclose(snapshot.accel, state.classical(2), atol=5e-2)
+        np.testing.assert_allclose(snapshot.skeleton[0][-1], snapshot.pose[:3, 3], atol=1e-12)
+        np.testing.assert_allclose(snapshot.skeleton[0][0], snapshot.base[:3, 3], atol=1e-12)
+        np.testing.assert_allclose(
+            snapshot.base, exp(phase((start - rec.START) * 1e-9 + snapshot.time, 0) * SCREW),
+            atol=1e-4)
+        assert np.linalg.eigvalsh(snapshot.covariance).min() > -1e-12
+
+    outcome = process(Task(find_sources([str(path)])[0], (robot,), stop_limit=5.0))
+    summary = outcome.robots[0].summary
+    assert summary.peaks['speed'][0] == pytest.approx(
+        np.linalg.norm(link.velocity, axis=1).max(), rel=1e-9)
+    np.testing.assert_allclose(summary.high, link.position.max(axis=0), rtol=1e-12)

@@ -14,11 +14,11 @@ from ...chains.compiled import trace_chain
 from ...chains.serial_chain import SerialChain
 from ...errors import ToolError
 from ...programs.c_text import c_header, c_source
-from ...programs.straight_line_program import StraightLineProgram
 from ...programs.latex_text import latex_rows
 from ...programs.program import DERIVATIVES
 from ...programs.python_text import named_source
 from ...programs.quantities import Quantity
+from ...programs.straight_line_program import StraightLineProgram
 from ...screws.rigid import row_of_pose
 from ...screws.se3 import Array
 

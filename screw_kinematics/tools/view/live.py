@@ -11,12 +11,13 @@ from typing import Any
 
 import numpy as np
 
-from .motion import ShownMotion, Snapshot
+from .motion import moved, ShownMotion, Snapshot
 from .panel import SPAN
 from ..listener import Listener, require_ros, stamp_of
 from ...recordings.recording import full_name
 from ...screws.body_state import BodyState
-from ...screws.se3 import Array
+from ...screws.rotations import pose, rotation_from_quaternion
+from ...screws.se3 import Array, inverse
 
 Exact = Callable[[int], BodyState]
 """The true state at an epoch time in ns."""
@@ -31,7 +32,8 @@ class LiveRobots:
     Parameters
     ----------
     motions : sequence of ShownMotion
-        The robots; snapshots are appended to them.
+        The robots; snapshots are appended to them. Where one has a ``world``, its pose is listened
+        to, which tells where its base is.
     joint_topics : sequence of sequence of str
         Topics of each one's joint states.
     namespace : str
@@ -45,12 +47,14 @@ class LiveRobots:
                  namespace: str, exact: Exact | None = None) -> None:
         require_ros()
         from diagnostic_msgs.msg import DiagnosticArray
-        from geometry_msgs.msg import AccelStamped, TwistStamped
+        from geometry_msgs.msg import AccelStamped, PoseStamped, TwistStamped
         from sensor_msgs.msg import JointState
         topics = {topic: JointState for robot in joint_topics for topic in robot}
         for motion in motions:
             topics[f'{motion.name}/twist'] = TwistStamped
             topics[f'{motion.name}/accel'] = AccelStamped
+            if motion.world:
+                topics[f'{motion.name}/pose'] = PoseStamped
         topics['/diagnostics'] = DiagnosticArray
         self._listener = Listener(topics, 'screw_kinematics_view', f'/{namespace.strip("/")}')
         self._robots = [_LiveRobot(motion, topics, self._listener, exact)
@@ -129,8 +133,8 @@ class _LiveRobot:
                  exact: Exact | None) -> None:
         self._motion = motion
         self._joints = [listener.streams[topic] for topic in joint_topics]
-        self._states = [listener.streams[f'{motion.name}/{output}']
-                        for output in ('twist', 'accel')]
+        outputs = ('twist', 'accel', 'pose') if motion.world else ('twist', 'accel')
+        self._states = [listener.streams[f'{motion.name}/{output}'] for output in outputs]
         self._exact = exact
         self._positions: dict[str, float] = {}
         self._samples: deque[tuple[int, Array]] = deque(maxlen=_REMEMBERED)
@@ -149,12 +153,12 @@ class _LiveRobot:
                     if np.isfinite(q).all() and (
                             not self._samples or stamp > self._samples[-1][0]):
                         self._samples.append((stamp, q))
-        twist, accel = (stream.message() for stream in self._states)
-        if twist is None or accel is None or not self._samples:
+        states = [stream.message() for stream in self._states]
+        if None in states or not self._samples:
             return
-        stamp = stamp_of(twist)
-        if stamp != stamp_of(accel):
-            return      # the other one is still on its way
+        stamp = stamp_of(states[0])
+        if any(stamp_of(state) != stamp for state in states):
+            return      # another one is still on its way
         if self._start is None:
             self._start = stamp
         time = (stamp - self._start) * 1e-9
@@ -162,7 +166,7 @@ class _LiveRobot:
         if snapshots and time < snapshots[-1].time:     # the clock was set back
             snapshots.clear()
         if not snapshots or time > snapshots[-1].time:
-            self._motion.append(self._snapshot(time, stamp, twist.twist, accel.accel), SPAN)
+            self._motion.append(self._snapshot(time, stamp, *states), SPAN)
 
     def read_doubts(self, diagnostics: Any) -> None:
         """Take the doubts that the node has about this robot."""
@@ -172,15 +176,20 @@ class _LiveRobot:
                 self._motion.doubts = [doubt for doubt in values.get('doubts', '').split('; ')
                                        if doubt]
 
-    def _snapshot(self, time: float, stamp: int, twist: Any, accel: Any) -> Snapshot:
+    def _snapshot(self, time: float, stamp: int, twist: Any, accel: Any, of_tip: Any = None,
+                  ) -> Snapshot:
         q = self._joints_at(stamp)
         robot = self._motion.robot
-        exact = None
+        tip = seen = robot.state(q).pose
+        if of_tip is not None:
+            self._motion.world = of_tip.header.frame_id
+            seen = _pose(of_tip.pose)
+        exact, base = None, seen @ inverse(tip)
         if self._exact is not None:
             state = self._exact(stamp)
             exact = np.array([state.classical(1), state.classical(2)])
-        return Snapshot(time, q, robot.skeleton(q), robot.state(q).pose, _six(twist),
-                        _six(accel), exact=exact)
+        return Snapshot(time, q, moved(robot.skeleton(q), base), seen, _six(twist.twist),
+                        _six(accel.accel), exact=exact, base=base)
 
     def _joints_at(self, stamp: int) -> Array:
         """Return the joint positions at an instant, which may be before the newest ones."""
@@ -188,6 +197,12 @@ class _LiveRobot:
         values = np.array([sample[1] for sample in self._samples])
         at = (stamps - stamps[0]).astype(float)
         return np.array([np.interp(float(stamp - stamps[0]), at, column) for column in values.T])
+
+
+def _pose(message: Any) -> Array:
+    at, turned = message.position, message.orientation
+    return pose(rotation_from_quaternion(np.array([turned.x, turned.y, turned.z, turned.w])),
+                [at.x, at.y, at.z])
 
 
 def _six(part: Any) -> Array:

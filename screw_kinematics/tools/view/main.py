@@ -132,9 +132,13 @@ def _show_live(arguments: argparse.Namespace, settings: Sequence[RobotSettings],
         topic = topic_of.get(robot.name)
         if topic is not None and topic not in texts:
             raise ToolError(f'no robot description on {topic}; name a model with --robot')
+        if robot.relative_to == 'world' and 'pose' not in robot.outputs:
+            raise ParameterError(f'{robot.name}.outputs', list(robot.outputs), 'pose among them, '
+                                 'which tells where the moving base is')
         text = None if topic is None else texts[topic]
         motions.append(ShownMotion(robot.name, build_model(robot, text),
-                                   description=robot.description if text is None else text))
+                                   description=robot.description if text is None else text,
+                                   world='odometry' if robot.relative_to == 'world' else ''))
     topics = [list(robot.joint_states_topic) for robot in settings]
     with LiveRobots(motions, topics, namespace) as robots:
         _wait(robots, motions, robots.listen, stop)

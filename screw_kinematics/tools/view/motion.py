@@ -16,7 +16,7 @@ from ...screws.se3 import Array
 @dataclass(frozen=True, slots=True, eq=False)
 class Snapshot:
     """
-    A robot at an instant; poles at the tip, axes of the base, classical states.
+    A robot at an instant: classical states about the tip, in axes of what they are relative to.
 
     Parameters
     ----------
@@ -34,6 +34,8 @@ class Snapshot:
         Of the linear acceleration [m^2/s^4].
     exact : array, shape (2, 6), optional
         The true twist and acceleration, where they are known.
+    base : array, shape (4, 4)
+        Pose of a moving base [m].
 
     """
 
@@ -45,6 +47,12 @@ class Snapshot:
     accel: Array
     covariance: Array | None = None
     exact: Array | None = None
+    base: Array = field(default_factory=lambda: np.eye(4))
+
+    @property
+    def points(self) -> Array:
+        """Return the points of base and links, shape (N, 3) [m]."""
+        return np.vstack([self.base[:3, 3], *self.skeleton])
 
 
 @dataclass(eq=False)
@@ -64,6 +72,8 @@ class ShownMotion:
         What is to be said of its joint states.
     description : str
         URDF text or file from which meshes may be taken; empty: none.
+    world : str
+        Frame that a moving base moves in; empty: the base stands.
 
     """
 
@@ -72,6 +82,7 @@ class ShownMotion:
     snapshots: list[Snapshot] = field(default_factory=list)
     doubts: Sequence[str] = ()
     description: str = ''
+    world: str = ''
 
     @property
     def end(self) -> float:
@@ -81,8 +92,7 @@ class ShownMotion:
     @property
     def size(self) -> float:
         """Return how large the robot is, about [m]."""
-        points = np.vstack([np.zeros((1, 3)), *self.snapshots[0].skeleton]) \
-            if self.snapshots else np.eye(3)
+        points = self.snapshots[0].points if self.snapshots else np.eye(3)
         return float(max(np.ptp(points, axis=0).max(), 1e-3))
 
     def at(self, time: float) -> Snapshot | None:
@@ -105,18 +115,37 @@ class ShownMotion:
         return bisect_right(self.snapshots, time, key=lambda snapshot: snapshot.time)
 
 
-def tip_covariance(robot: Manipulator, q: Array, variance: Array) -> Array:
+def moved(lines: Sequence[Array], base: Array) -> tuple[Array, ...]:
+    """
+    Return lines of points as a moving base carries them.
+
+    Parameters
+    ----------
+    lines : sequence of array, shape (..., points, 3)
+        In base coordinates [m].
+    base : array, shape (..., 4, 4)
+        Pose of the base [m].
+
+    Returns
+    -------
+    tuple of array, shape (..., points, 3)
+        Where the base is given [m].
+
+    """
+    turn, place = np.swapaxes(base[..., :3, :3], -1, -2), base[..., None, :3, 3]
+    return tuple(line @ turn + place for line in lines)
+
+
+def tip_covariance(jacobian: Array, variance: Array) -> Array:
     """
     Return the covariance of the tip's linear acceleration from that of the joints'.
 
     Parameters
     ----------
-    robot : SerialChain or ParallelManipulator
-        The model.
-    q : array, shape (..., dof)
-        Positions of the measured joints [rad, m].
-    variance : array, shape (..., dof)
-        Of the joints' accelerations.
+    jacobian : array, shape (..., 6, n)
+        Pole at the tip.
+    variance : array, shape (..., n)
+        Of the accelerations of joints, and of a moving base.
 
     Returns
     -------
@@ -124,5 +153,5 @@ def tip_covariance(robot: Manipulator, q: Array, variance: Array) -> Array:
         [m^2/s^4]
 
     """
-    linear = np.asarray(robot.jacobian(q), dtype=float)[..., 3:, :]
+    linear = jacobian[..., 3:, :]
     return linear * np.asarray(variance)[..., None, :] @ np.swapaxes(linear, -1, -2)

@@ -82,7 +82,7 @@ class Panel:
 
     def describe(self, motion: ShownMotion, scene: RobotScene, remark: str) -> None:
         """Write what is shown of a robot, and how long its arrows are."""
-        base, tip = motion.robot.base_frame, motion.robot.tip_frame
+        base, tip = motion.world or motion.robot.base_frame, motion.robot.tip_frame
         self._about.content = (
             f'**{motion.name}**: motion of `{tip}` relative to `{base}`; axes of `{base}`; '
             f'reference point: origin of `{tip}`' + (f'\n\n{remark}' if remark else ''))

@@ -7,13 +7,14 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from .motion import ShownMotion, Snapshot, tip_covariance
+from .motion import moved, ShownMotion, Snapshot, tip_covariance
 from ...errors import ToolError
 from ...pipeline.settings import RobotSettings
 from ...recordings.joint_table import JointTable, TableFormat
 from ...recordings.recording import Recording
 from ...recordings.sources import find_sources, opened
-from ...recordings.states import recorded_robot, RecordedRobot
+from ...recordings.states import recorded_robot, RecordedRobot, StateBlock
+from ...screws.rigid import pose_from_row
 from ...screws.se3 import Array
 
 RATE = 60.0
@@ -64,17 +65,38 @@ def _motion(recording: Recording | JointTable, robot: RecordedRobot) -> ShownMot
     stamps = np.concatenate([block.stamps for block in blocks])
     time = (stamps - stamps[0]) * 1e-9
     kept = _thinned(time)
-    q, qd, qdd = np.concatenate([block.motion[:3] for block in blocks], axis=1)[:, kept]
-    variance = np.concatenate([block.variances[2] for block in blocks])[kept]
-    state = robot.model.state(q, qd, qdd)
-    lines = robot.model.skeleton(q)
-    covariance = tip_covariance(robot.model, q, variance)
-    twist, accel = state.classical(1), state.classical(2)
+    motion.world = '' if robot.base is None else robot.base.world
+    tip = robot.at_tip('pose', 'twist', 'accel', 'jacobian')
+    found = [tip(block) for block in blocks]
+    poses, twists, accels, jacobians = (
+        np.concatenate([each[name] for each in found])[kept]
+        for name in ('pose', 'twist', 'accel', 'jacobian'))
+    poses = pose_from_row(poses)
+    q = np.concatenate([block.motion[0] for block in blocks])[kept]
+    variances = np.concatenate([_variances(block) for block in blocks])[kept]
+    covariances = tip_covariance(jacobians.reshape(len(kept), 6, -1), variances)
+    bases = np.concatenate([_bases(block) for block in blocks])[kept]
+    lines = moved(robot.model.skeleton(q), bases)
     motion.snapshots = [
-        Snapshot(time[k], q[i], tuple(line[i] for line in lines), state.pose[i], twist[i],
-                 accel[i], covariance[i] if np.isfinite(variance[i]).all() else None)
+        Snapshot(time[k], q[i], tuple(line[i] for line in lines), poses[i], twists[i],
+                 accels[i], covariances[i] if np.isfinite(variances[i]).all() else None,
+                 base=bases[i])
         for i, k in enumerate(kept)]
     return motion
+
+
+def _variances(block: StateBlock) -> Array:
+    """Return those of the accelerations of all that moves, as columns of the Jacobian have it."""
+    joints = block.variances[2]
+    return joints if block.base_variances is None else np.concatenate(
+        [joints, block.base_variances[:, 6:12]], axis=1)
+
+
+def _bases(block: StateBlock) -> Array:
+    """Return the poses of the base, shape (N, 4, 4)."""
+    if block.base is None:
+        return np.broadcast_to(np.eye(4), (len(block.stamps), 4, 4))
+    return pose_from_row(block.base[:, :12])
 
 
 def _thinned(time: Array) -> Array:

@@ -104,7 +104,7 @@ class RobotScene:
         self.shown = {name: True for name in (*QUANTITIES, 'screw', 'trail', 'truth', 'frames')}
         self._nodes: dict[str, Any] = {}
         first = motion.at(0.0)
-        points = np.vstack([np.zeros((1, 3)), *(() if first is None else first.skeleton)])
+        points = np.zeros((1, 3)) if first is None else first.points
         self.middle = offset + (points.min(axis=0) + points.max(axis=0)) / 2
         self._scene.add_frame(self._root, show_axes=False, position=offset)
         for name, label in (('base', motion.robot.base_frame), ('tip', motion.robot.tip_frame)):
@@ -113,7 +113,9 @@ class RobotScene:
                 axes_radius=0.004 * self._size)
             self._scene.add_label(f'{self._root}/{name}/name', label, font_screen_scale=0.8)
         if meshes is not None:
-            meshes.add_to(server, f'{self._root}/bodies')
+            self._nodes['carrier'] = self._scene.add_frame(f'{self._root}/carrier',
+                                                           show_axes=False)
+            meshes.add_to(server, f'{self._root}/carrier/bodies')
 
     def fit(self, snapshots: Sequence[Snapshot]) -> bool:
         """Choose the arrows' scales for states; return whether they have changed."""
@@ -132,15 +134,14 @@ class RobotScene:
         """Draw the robot at an instant."""
         tip = snapshot.pose[:3, 3]
         if self._meshes is not None:
+            self._place('carrier', snapshot.base)
             self._meshes.move(snapshot.q)
         else:
             self._draw_lines('links', [np.stack([line[:-1], line[1:]], axis=1)
                                        for line in snapshot.skeleton], _LINKS,
                              0.018 * self._size, True)
-        self._nodes['tip'].position = tip
-        x, y, z, w = quaternion_from_rotation(snapshot.pose[:3, :3])
-        self._nodes['tip'].wxyz = np.array([w, x, y, z])
-        for name in ('base', 'tip'):
+        for name, pose in (('base', snapshot.base), ('tip', snapshot.pose)):
+            self._place(name, pose)
             self._nodes[name].visible = self.shown['frames']
         measured = vectors(snapshot.twist, snapshot.accel)
         for name, quantity in QUANTITIES.items():
@@ -157,6 +158,11 @@ class RobotScene:
     def arrow(self, name: str) -> Array:
         """Return begin and end of an arrow as it is drawn, shape (2, 3) [m]."""
         return np.array(self._nodes[name].points)[0]
+
+    def _place(self, name: str, pose: Array) -> None:
+        x, y, z, w = quaternion_from_rotation(pose[:3, :3])
+        self._nodes[name].wxyz = np.array([w, x, y, z])
+        self._nodes[name].position = pose[:3, 3]
 
     def _draw_arrow(self, name: str, begin: Array, vector: Array, colour: Sequence[int],
                     width: float, visible: bool) -> None:
@@ -208,7 +214,8 @@ class RobotScene:
         through = snapshot.pose[:3, 3] if np.isinf(screw.pitch) else (
             snapshot.pose[:3, 3] + screw.point)
         axis = screw.axis if moving else np.array([0.0, 0.0, 1.0])
-        middle: Array = through - axis * (axis @ through)      # nearest to the base
+        # Nearest to the base.
+        middle: Array = through - axis * (axis @ (through - snapshot.base[:3, 3]))
         ends = np.stack([middle - 1.2 * self._size * axis, middle + 1.2 * self._size * axis])
         self._draw_lines('screw axis', [ends[None]], SCREW, 0.012 * self._size,
                          bool(moving and self.shown['screw']))
