@@ -183,6 +183,14 @@ def as_values(parameters: Iterable[Parameter]) -> dict[str, Any]:
 
 def no_such_parameter(name: str, known: Iterable[str]) -> str:
     """Return a sentence that says so, with the known name that is most like it."""
+    known = list(known)
+    of_topic = [k for k in known if name.startswith(QOS) and _topic(k) == _topic(name)]
     similar = get_close_matches(name, known, 1, 0.5)
-    hint = f'; did you mean {similar[0]!r}?' if similar else ''
+    hint = (f'; of this topic: {", ".join(sorted(of_topic))}' if of_topic
+            else f'; did you mean {similar[0]!r}?' if similar else '')
     return f'parameter {name!r} does not exist{hint}'
+
+
+def _topic(name: str) -> str:
+    """Return the topic of a standard parameter, such as qos_overrides./topic.publisher.depth."""
+    return name.removeprefix(QOS).rpartition('.')[0].rpartition('.')[0]

@@ -15,8 +15,10 @@ from lifecycle_msgs.srv import ChangeState
 from rcl_interfaces.msg import SetParametersResult
 from rcl_interfaces.srv import SetParameters, SetParametersAtomically
 from rclpy.node import Node
+from rclpy.parameter import Parameter
 
 from .parameters import no_such_parameter
+from ..errors import ParameterError
 
 Callback = Callable[[Any, Any], Any]
 
@@ -35,7 +37,7 @@ def answer_always(node: Node, possible: Callable[[], Sequence[tuple[int, str]]])
     """
     for service in node.services:
         if service.srv_type in (SetParameters, SetParametersAtomically):
-            service.callback = _naming_unknown(node, service.callback)
+            service.callback = _naming(node, service.callback)
         service.callback = _answering(node, service.srv_type, service.callback)
         if service.srv_type is ChangeState:
             service.callback = _refusing_impossible(node, service.callback, possible)
@@ -82,21 +84,44 @@ def _refusing_impossible(node: Node, callback: Callback,
     return answer
 
 
-def _naming_unknown(node: Node, callback: Callback) -> Callback:
-    """Refuse what does not exist by its name; rclpy gives an empty list, or takes it."""
+def _naming(node: Node, callback: Callback) -> Callback:
+    """Refuse by name, and take what is unchanged; rclpy gives no name, or an empty list."""
     def answer(request: Any, response: Any) -> Any:
-        unknown = {k: SetParametersResult(successful=False, reason=no_such_parameter(
-            parameter.name, node.list_parameters([], 0).names))
-            for k, parameter in enumerate(request.parameters)
-            if not node.has_parameter(parameter.name)}
-        if isinstance(response, SetParametersAtomically.Response) and unknown:
-            response.result = next(iter(unknown.values()))
+        judged = [_judgement(node, parameter) for parameter in request.parameters]
+        refused = next((each for each in judged if each and not each.successful), None)
+        if isinstance(response, SetParametersAtomically.Response) and refused:
+            response.result = refused
             return response
-        known = [parameter for k, parameter in enumerate(request.parameters) if k not in unknown]
-        response = callback(type(request)(parameters=known), response)
-        if unknown:
-            results = iter(response.results)
-            response.results = [unknown.get(k) or next(results)
-                                for k in range(len(request.parameters))]
+        left = [p for p, each in zip(request.parameters, judged) if each is None]
+        response = callback(type(request)(parameters=left), response)
+        if isinstance(response, SetParametersAtomically.Response):
+            if len(left) == 1:
+                _name(left[0], response.result)
+            return response
+        results = iter(response.results)
+        response.results = [each or _name(parameter, next(results))
+                            for parameter, each in zip(request.parameters, judged)]
         return response
     return answer
+
+
+def _judgement(node: Node, parameter: Any) -> SetParametersResult | None:
+    """Return what there is to say whatever the node's own checks say, if there is anything."""
+    name = parameter.name
+    if not node.has_parameter(name):
+        return SetParametersResult(successful=False, reason=no_such_parameter(
+            name, node.list_parameters([], 0).names))
+    if not node.describe_parameter(name).read_only:
+        return None
+    present = node.get_parameter(name)
+    if parameter.value == present.get_parameter_value():    # as of a dump that is loaded again
+        return SetParametersResult(successful=True)
+    return SetParametersResult(successful=False, reason=str(ParameterError(
+        name, Parameter.from_parameter_msg(parameter).value,
+        f'{present.value!r} until the node is started again')))
+
+
+def _name(parameter: Any, result: SetParametersResult) -> SetParametersResult:
+    if not result.successful and parameter.name not in result.reason:
+        result.reason = f'parameter {parameter.name!r}: {result.reason}'
+    return result

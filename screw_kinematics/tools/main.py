@@ -31,6 +31,13 @@ SHELLS = ('bash', 'zsh', 'fish')
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the tool that the first argument names; see ``screw-kinematics --help``."""
+    try:
+        return _run(argv)
+    except KeyboardInterrupt:       # while a tool is imported, which takes a while
+        return console.INTERRUPTED
+
+
+def _run(argv: Sequence[str] | None) -> int:
     words = without_ros_arguments(sys.argv[1:] if argv is None else argv)
     names = tool_names()
     options = _parser(names)

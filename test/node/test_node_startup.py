@@ -69,6 +69,11 @@ def test_whole_numbers_are_numbers(module_context):
     ('arm.outptus', 'x', "'arm.outptus' does not exist; did you mean 'arm.outputs'"),
     ('qos_overrides./joint_state.subscription.depth', 5,
      "did you mean 'qos_overrides./joint_states.subscription.depth'"),
+    ('qos_overrides./joint_states.subscription.durability', 'volatile',
+     'of this topic: qos_overrides./joint_states.subscription.depth, '
+     'qos_overrides./joint_states.subscription.history, '),
+    ('qos_overrides./arm/twist.subscription.depth', 5,
+     'of this topic: qos_overrides./arm/twist.publisher.depth, '),
     ('hand.description', 'x', "'hand.description' does not exist")])
 def test_misspelt_parameters_are_reported(module_context, name, value, told):
     node = make(module_context, {**GOOD, name: value})

@@ -103,3 +103,11 @@ def test_arguments_of_ros_are_left_to_ros(given, own):
 def test_a_tool_that_is_no_node_ignores_arguments_of_ros():
     shown = run('check', 'model', 'config/robots/rpr.yaml', '--ros-args', '-r', '__ns:=/cell')
     assert shown.returncode == 0 and 'rpr' in shown.stdout
+
+
+def test_ctrl_c_while_a_tool_is_imported_is_no_traceback(monkeypatch):
+    def interrupted(name):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr('screw_kinematics.tools.main.import_module', interrupted)
+    assert main(['derive', 'arm.urdf']) == 130
