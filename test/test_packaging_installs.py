@@ -3,6 +3,7 @@
 """Every way of installing the package gives the same: what pip, colcon and `ros2 run` look for."""
 from configparser import ConfigParser
 from email import message_from_bytes
+from functools import cache
 import os
 from pathlib import Path
 import re
@@ -22,12 +23,15 @@ NOT_SHIPPED = shutil.ignore_patterns(
     '.git', '.venv', 'build', 'dist', 'install', 'log', '*.egg-info', '__pycache__', '.*_cache',
     '.hypothesis', '_build', '*.so', '.coverage')
 
+COMPILED = 'build/screw_kinematics/build'
+"""Where colcon compiles, in a workspace; other ways of building need not compile the same again."""
+
 
 def run(*command, cwd, **environment):
     """Run a command that must succeed, and return what it prints."""
     path = f'{Path(sys.executable).parent}{os.pathsep}{os.environ["PATH"]}'
-    # This checkout must not stand in for what is installed. The core is compiled each time, but
-    # quickly: it is fast code that takes its time.
+    # This checkout must not stand in for what is installed. The core is compiled quickly: it is
+    # fast code that takes its time.
     inherited = {name: value for name, value in os.environ.items() if name != 'PYTHONPATH'}
     done = subprocess.run([str(word) for word in command], cwd=cwd, capture_output=True, text=True,
                           env={**inherited, 'SCREW_KINEMATICS_FLAGS': '-O0', 'PATH': path,
@@ -60,10 +64,35 @@ def unpacked(checkout, tmp_path_factory):
     return next(folder.glob(f'screw*{VERSION}'))
 
 
+def colcon():
+    """Return the command line of colcon, from this environment or the PATH; None without one."""
+    beside = Path(sys.executable).with_name('colcon')
+    return str(beside) if beside.exists() else shutil.which('colcon')
+
+
 @pytest.fixture(scope='module')
-def wheel(unpacked, tmp_path_factory):
+def workspaces(checkout, tmp_path_factory):
+    """Return what builds the package into a fresh workspace, given options of colcon."""
+    if colcon() is None:
+        pytest.skip('colcon is not installed')
+
+    @cache
+    def build(*options):
+        workspace = tmp_path_factory.mktemp('workspace')
+        shutil.copytree(checkout, workspace / 'src' / 'screw_kinematics', ignore=NOT_SHIPPED)
+        if options:
+            shutil.copytree(build() / COMPILED, workspace / COMPILED)
+        run(colcon(), 'build', '--packages-select', 'screw_kinematics', *options, cwd=workspace)
+        return workspace
+    return build
+
+
+@pytest.fixture(scope='module')
+def wheel(unpacked, request, tmp_path_factory):
     """Make the wheel from the source distribution."""
     pytest.importorskip('pip')
+    if colcon():
+        shutil.copytree(request.getfixturevalue('workspaces')() / COMPILED, unpacked / 'build')
     folder = tmp_path_factory.mktemp('wheel')
     run(sys.executable, '-m', 'pip', 'wheel', '-q', '--no-deps', '--no-build-isolation', '-w',
         folder, unpacked, cwd=folder)
@@ -128,22 +157,10 @@ def test_what_an_older_build_left_is_not_installed(checkout, tmp_path):
     assert (tmp_path / 'screw_kinematics/__init__.py').exists()
 
 
-def colcon():
-    """Return the command line of colcon, from this environment or the PATH."""
-    beside = Path(sys.executable).with_name('colcon')
-    found = str(beside) if beside.exists() else shutil.which('colcon')
-    if found is None:
-        pytest.skip('colcon is not installed')
-    return found
-
-
 @pytest.fixture(scope='module', params=[(), ('--symlink-install',)], ids=['copies', 'links'])
-def prefix(request, checkout, tmp_path_factory):
-    """Build the package into a fresh workspace and return its install prefix."""
-    workspace = tmp_path_factory.mktemp('workspace')
-    shutil.copytree(checkout, workspace / 'src' / 'screw_kinematics', ignore=NOT_SHIPPED)
-    run(colcon(), 'build', '--packages-select', 'screw_kinematics', *request.param, cwd=workspace)
-    return workspace / 'install' / 'screw_kinematics'
+def prefix(request, workspaces):
+    """Build the package into a workspace and return its install prefix."""
+    return workspaces(*request.param) / 'install' / 'screw_kinematics'
 
 
 def test_index_marker_leads_to_the_prefix(prefix):

@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """No call of Python in the loops of the core, by what Cython writes about each line."""
 import ast
-import os
 import re
 import subprocess
 import sys
@@ -22,17 +21,22 @@ FUNCTION = re.compile(r'^ *cp?def [^\n=]*?(\w+)\([^)]*\)([\w ]*)$', re.MULTILINE
 CALLS = re.compile(r"<span class='(?:py_c_api|pyx_c_api|pyx_macro_api)'>(\w+)")
 
 
-def calls(text, folder):
+@pytest.fixture(scope='module')
+def calls(tmp_path_factory):
     """Return what each line of a module calls of Python, but for what only refuses arguments."""
-    root = text.parents[2]
-    command = [sys.executable, '-m', 'cython', '-3', '--annotate', '-o',
-               str(folder / f'{text.stem}.c'), str(text.relative_to(root))]
-    subprocess.run(command, check=True, cwd=root, capture_output=True,
-                   env={**os.environ, 'PYTHONPATH': str(root)})
-    page = (folder / f'{text.stem}.html').read_text(encoding='utf-8')
-    return {int(number): [call for call in CALLS.findall(REFUSALS.sub('', code))
-                          if call not in COUNTED]
-            for number, code in LINE.findall(page)}
+    root, folder = TEXTS[0].parents[2], tmp_path_factory.mktemp('annotated')
+    names = {f'screw_kinematics.core.{text.stem}': str(text.relative_to(root)) for text in TEXTS}
+    code = ('from setuptools import Extension; from Cython.Build import cythonize; '
+            f'cythonize([Extension(name, [path]) for name, path in {names}.items()], '
+            f'build_dir={str(folder)!r}, annotate=True, language_level=3, quiet=True)')
+    subprocess.run([sys.executable, '-c', code], check=True, cwd=root, capture_output=True)
+
+    def called(text):
+        page = (folder / text.relative_to(root)).with_suffix('.html').read_text(encoding='utf-8')
+        return {int(number): [call for call in CALLS.findall(REFUSALS.sub('', code))
+                              if call not in COUNTED]
+                for number, code in LINE.findall(page)}
+    return called
 
 
 def loops(text):
@@ -53,8 +57,8 @@ def loops(text):
 
 @pytest.mark.parametrize('text', [text for text in TEXTS if [*loops(text)]],
                          ids=lambda text: text.stem)
-def test_no_line_of_a_loop_calls_python(text, tmp_path):
-    found, called = [*loops(text)], calls(text, tmp_path)
+def test_no_line_of_a_loop_calls_python(text, calls):
+    found, called = [*loops(text)], calls(text)
     assert len(called) > 50
     python = [f'{name}, line {number}: {called[number]}' for name, lines in found
               for number in lines if called.get(number)]
@@ -66,9 +70,9 @@ def test_the_loops_are_found():
     assert {text.stem for text in TEXTS if not [*loops(text)]} <= {'velocity_trust'}
 
 
-def test_a_line_that_calls_python_is_found(tmp_path):
+def test_a_line_that_calls_python_is_found(calls):
     """The test itself: what makes a float of a number calls Python."""
     text = next(text for text in TEXTS if text.stem == 'interpreter')
     lines = text.read_text(encoding='utf-8').splitlines()
     boxed = next(k for k, line in enumerate(lines, start=1) if 'PyFloat_FromDouble(self' in line)
-    assert 'PyFloat_FromDouble' in calls(text, tmp_path)[boxed]
+    assert 'PyFloat_FromDouble' in calls(text)[boxed]

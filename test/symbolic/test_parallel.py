@@ -59,7 +59,18 @@ def values(name, seed):
 
 def evaluated(expressions, known):
     """Return expressions as numbers."""
-    return np.array(sympy.lambdify(list(known), list(expressions))(*known.values()), dtype=float)
+    return np.array(function(tuple(known), tuple(expressions))(*known.values()), dtype=float)
+
+
+@cache
+def function(symbols, expressions):
+    return sympy.lambdify(symbols, expressions)
+
+
+@cache
+def biases(name):
+    """Return the known parts of acceleration and jerk of each limb."""
+    return [[limb.bias(n) for n in (2, 3)] for limb in formulas(name).limbs]
 
 
 @cases
@@ -77,8 +88,8 @@ def test_screws_are_those_of_the_limbs(name, seed):
 @cases
 def test_equations_of_velocity_acceleration_and_jerk(name, seed):
     (_, rates, _, (twist, *higher)), known = moment(name, seed), values(name, seed)
-    for limb in formulas(name).limbs:
-        bias = [evaluated(limb.bias(n), known) for n in (2, 3)]
+    for limb, bias in zip(formulas(name).limbs, biases(name)):
+        bias = [evaluated(part, known) for part in bias]
         for wrench in limb.wrenches:
             screw = evaluated(wrench.screw, known)
             work = np.zeros(load(name).dof)
