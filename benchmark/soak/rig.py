@@ -10,6 +10,7 @@ import sys
 import time
 from typing import Any
 
+from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray
 import rclpy
 from rclpy.experimental import EventsExecutor
@@ -240,6 +241,16 @@ class Rig:
             if counts != last:
                 last, end = counts, time.monotonic() + limit
         self.check()
+
+    def wait_for_report(self) -> None:
+        """Wait for diagnostics that are made from now on."""
+        begin = time.time()
+
+        def made() -> float:
+            stamp = self._diagnostics.header.stamp if self._diagnostics else Time()
+            return stamp.sec + stamp.nanosec * 1e-9
+
+        self.wait(lambda: made() > begin, 'diagnostics')
 
     def check(self) -> None:
         """Check the outputs that have arrived, and look after the node."""

@@ -197,14 +197,19 @@ class Soak:
             return [p - lost - a.on_topic
                     for p, lost, a in zip(published, self._lost, accounts)]
 
+        def expected(account: Account, output: str) -> int:
+            # Of measured motion the twist is known at once, derivatives once they settled.
+            return account.outputs - (account.incomplete if KINDS[output].order > 1 else 0)
+
         def complete() -> bool:
             accounts, _ = rig.report()
             return all(m <= 0 for m in missing(accounts)) and all(
-                rig.received(i, output) >= accounts[i].outputs for i, output in rig.checks)
+                rig.received(i, output) >= expected(accounts[i], output)
+                for i, output in rig.checks)
 
         # What was lost with the source does not come: silence tells.
         rig.wait_for_progress(complete, 4 * SILENCE if killed_at is None else SILENCE)
-        rig.spin(0.3)       # a report that was made after the last message
+        rig.wait_for_report()
         rig.check()
         accounts, _ = rig.report()
         for i, (robot, account, gone) in enumerate(zip(ROBOTS, accounts, missing(accounts))):
@@ -223,12 +228,10 @@ class Soak:
                 self._lost[i] += gone
             figures.failures += [f'{robot.name}: {c}' for c in account.contradictions()]
             for output in robot.outputs:
-                # Of measured motion the twist is known at once, derivatives once they settled.
-                left_out = account.incomplete if KINDS[output].order > 1 else 0
-                if rig.received(i, output) != account.outputs - left_out:
+                if rig.received(i, output) != expected(account, output):
                     figures.failures.append(
                         f'{robot.name}/{output}: {account.outputs} outputs counted, '
-                        f'{left_out} of them left out, '
+                        f'{account.outputs - expected(account, output)} of them left out, '
                         f'{rig.received(i, output)} received')
             before = self._before[i]
             figures.published += published[i] - self._published_before[i]
