@@ -24,7 +24,7 @@ NOT_SHIPPED = shutil.ignore_patterns(
     '.hypothesis', '_build', '*.so', '.coverage')
 
 COMPILED = 'build/screw_kinematics/build'
-"""Where colcon compiles, in a workspace; other ways of building need not compile the same again."""
+"""Where colcon compiles in a workspace; other builds need not compile the same again."""
 
 
 def run(*command, cwd, **environment):
