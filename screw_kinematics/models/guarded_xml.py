@@ -53,13 +53,14 @@ class JointElement:
     """
     A joint as written: its attributes, and those of its parts by tag (first of each).
 
-    ``stranger`` is a part of unknown meaning that may change the joint, and its line.
+    ``stranger`` is a part of unknown meaning that may change the joint, in words, its line, and what
+    was likely meant.
     """
 
     attributes: dict[str, str]
     line: int
     parts: dict[str, dict[str, str]] = field(default_factory=dict)
-    stranger: tuple[str, int] | None = None
+    stranger: tuple[str, int, str] | None = None
 
 
 @dataclass(slots=True)
@@ -90,6 +91,7 @@ class _Reader:
         self.document = RobotDocument()
         self._line = line
         self._depth = 0
+        self._tag = ''
         self._elements = 0
         self._macros = {'xacro'}    # prefixes
         self._joint: JointElement | None = None
@@ -97,6 +99,7 @@ class _Reader:
 
     def start(self, tag: str, attributes: dict[str, str]) -> None:
         self._depth += 1
+        self._tag = tag
         self._elements += 1
         if self._elements > MAX_ELEMENTS:
             raise ValueError(f'more than {MAX_ELEMENTS} elements; allowed: at most that')
@@ -139,12 +142,23 @@ class _Reader:
 
     def _part_of_joint(self, joint: JointElement, tag: str, attributes: dict[str, str]) -> None:
         if self._depth == 3 and tag in _KINEMATIC:
-            joint.parts.setdefault(tag, attributes)
+            if joint.parts.setdefault(tag, attributes) is not attributes:
+                self._note(f'{tag} (a second one)')     # as other readers of URDF have it
             return
         if self._is_macro(tag) or self._depth == 3 and _may_change_a_joint(tag):
-            joint.stranger = joint.stranger or (tag, self._line())
+            meant = meant_part(tag)
+            self._meet(joint, f'the element {tag[:80]!r}',
+                       '' if meant is None else f'did you mean {meant!r}?')
         elif self._depth == 3 and tag not in _OF_JOINTS_WITHOUT_KINEMATICS:
             self._note(tag)
+
+    def text(self, data: str) -> None:
+        if self._joint is not None and self._depth == 3 and self._tag in _KINEMATIC and data.strip():
+            self._meet(self._joint, f'the text {data.strip()[:80]!r} in {self._tag!r}',
+                       'allowed: attributes')
+
+    def _meet(self, joint: JointElement, what: str, meant: str) -> None:
+        joint.stranger = joint.stranger or (what, self._line(), meant)
 
     def _is_macro(self, tag: str) -> bool:
         return tag.partition(':')[0] in self._macros and ':' in tag
@@ -213,6 +227,7 @@ def read_document(source: str, text: str | bytes) -> RobotDocument:
     parser.StartElementHandler = reader.start
     parser.EndElementHandler = reader.end
     parser.StartDoctypeDeclHandler = reader.doctype
+    parser.CharacterDataHandler = reader.text
     try:
         parser.Parse(document, True)
     except expat.ExpatError as error:

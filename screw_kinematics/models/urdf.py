@@ -24,7 +24,7 @@ import re
 import numpy as np
 
 from .fields import Fields, listed, number, reported
-from .guarded_xml import JointElement, meant_part, read_document, RobotDocument
+from .guarded_xml import JointElement, read_document, RobotDocument
 from .joint_entries import resolve_mimic
 from .link_tree import Edge, LinkTree
 from ..chains.joint import Joint, Mimic
@@ -176,11 +176,9 @@ class _Joints:
         element = self._elements[name]
         fields = Fields(self._source, f'joint {name!r}', element.attributes)
         if element.stranger is not None:
-            tag, line = element.stranger
-            meant = meant_part(tag)
-            what = _EXPANDED if meant is None else f'did you mean {meant!r}?'
-            raise fields.error(f'line {line}: got the element {tag[:80]!r}, which may change the '
-                               f'joint; {what}')
+            what, line, meant = element.stranger
+            raise fields.error(f'line {line}: got {what}, which may change the joint; '
+                               f'{meant or _EXPANDED}')
         for values in (element.attributes, *element.parts.values()):
             for key, value in values.items():
                 if '${' in value or '$(' in value:

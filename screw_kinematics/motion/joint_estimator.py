@@ -18,7 +18,7 @@ from .admission import Admission
 from .joint_motion import JointMotion
 from .numbers import delay_of, whole
 from .units import times
-from ..errors import Reason
+from ..errors import InvalidValueError, Reason
 
 EPOCH_SPAN_NS = 10**16
 """Beyond 116 days a float of seconds resolves less than 2 ns."""
@@ -181,9 +181,13 @@ class JointEstimator:
 
 def _row(values: ArrayLike) -> array[float]:
     """Return numbers in a row."""
-    if isinstance(values, ndarray):
-        return array('d', values.ravel().tolist())
-    return array('d', values)   # type: ignore[arg-type]
+    try:
+        if isinstance(values, ndarray):
+            return array('d', values.ravel().tolist())
+        return array('d', values)   # type: ignore[arg-type]
+    except TypeError:
+        raise InvalidValueError(
+            f'positions and velocities of a sample are numbers in a row; got {values!r}') from None
 
 
 def listed(names: Iterable[object], chosen: Iterable[bool]) -> str:

@@ -296,9 +296,11 @@ def test_bytes_that_do_not_follow_their_encoding_are_refused():
 
 
 def test_the_first_of_repeated_parts_holds():
-    """As other readers of URDF have it."""
+    """As other readers of URDF have it; but it is told."""
     text = robot('a b', joint('j', 'a', 'b', parts='<axis xyz="0 1 0"/><axis xyz="1 0 0"/>'))
-    assert models.load_urdf(text).joints[0].axis.tolist() == [0, 1, 0]
+    chain = models.load_urdf(text)
+    assert chain.joints[0].axis.tolist() == [0, 1, 0]
+    assert ["'axis (a second one)' is passed over" in told for told in chain.warnings] == [True]
 
 
 def test_lines_of_followers_are_bounded():
@@ -402,6 +404,9 @@ REFUSED = {
               joint('k', 'b', 'c', parts='<mimic joint="j" multiplier="1e200"/>'),
               joint('l', 'c', 'd', parts='<mimic joint="k" multiplier="1e200"/>')),
         "joint 'l': mimic: got multiplier inf"),
+    'text in an origin': (
+        robot('a b', joint('j', 'a', 'b', parts='<origin>0 0 1</origin>')),
+        "got the text '0 0 1' in 'origin', which may change the joint; allowed: attributes"),
     'too many joints': (
         robot(' '.join(f'l{i}' for i in range(1002)),
               *(joint(f'j{i}', f'l{i}', f'l{i + 1}') for i in range(1001))),

@@ -192,3 +192,9 @@ def test_stamps_in_nanoseconds_stay_exact(kind, start):
             assert outcome.stamp_ns == stamp - delay
             assert len(outcome.values) == 4
     assert isinstance(estimator.step(stamp, [0.1], None), Reason)
+
+
+@pytest.mark.parametrize('position', [None, 3.0, [[0.0, 0.0]], [None, 0.0]], ids=str)
+def test_positions_that_are_no_numbers_in_a_row(position):
+    with pytest.raises(InvalidValueError, match='numbers in a row; got'):
+        ESTIMATORS['bank'](2).update(0.0, position)
