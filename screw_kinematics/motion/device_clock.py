@@ -177,7 +177,7 @@ class DeviceClock:
             unforeseen = UNFORESEEN * span * span / length
         told = foreseen < 0.3
         age = stamp - self._last
-        if same and self._repeated.repeats(age, length, unit, bank):
+        if same and self._repeated.repeats(stamp, age, length, unit, bank):
             d = 0
         else:
             d = ticks.number(stamp, x, foreseen, unforeseen, same and age < 3.5 * period)
@@ -285,7 +285,7 @@ class DeviceClock:
     def _begin(self, stamp: float, position: array[float], same: bool) -> Placed:
         """Place a message by its stamp."""
         age = stamp - self._last
-        if same and self._repeated.repeats(age, 0.0, 0.0, None):
+        if same and self._repeated.repeats(stamp, age, 0.0, 0.0, None):
             self.held += 1
             return Placed(None, self._time + age * self._ratio, 1.0 / self._ratio, age, None)
         self.fresh += 1

@@ -10,11 +10,13 @@ from ..core.robust_line import Line
 FIRST = 20
 """Messages from which a first period is taken."""
 
-PAUSE = 8.0
-"""Steps of the first stamps, in periods, beyond which they tell nothing of the period."""
+PAUSE, ALIKE = 8.0, 1.5
+"""Steps of the first stamps, in periods, beyond which they tell nothing of the period; unless the
+longest is no longer than so many times the shortest of them: messages come in bursts."""
 
-EVEN = 0.15
-"""Deviation of the middle one of the steps, in periods, up to which longer ones are multiples."""
+EVEN, FASTEST = 0.15, 1e-4
+"""Deviation of the middle one of the steps, in periods, up to which longer ones are multiples; and
+what a device's period is never below, s: messages that are closer came at once."""
 
 LATEST, IRREGULAR = 1e-2, 0.3
 """Mean deviation of the first stamps from a line, s and in periods, beyond which they are of no
@@ -44,12 +46,12 @@ class FirstTicks:
         steps = sorted(b - a for a, b in zip(stamps, stamps[1:]))
         period = steps[len(steps) // 2]
         pauses = [k for k in range(1, FIRST) if stamps[k] - stamps[k - 1] > PAUSE * period]
-        if pauses:
+        if pauses and (len(pauses) == 1 or steps[-1] > ALIKE * steps[-len(pauses)]):
             self._stamps = stamps[pauses[-1]:]
             return None
         apart = sorted(abs(step - period) for step in steps)
         numbers = list(map(float, range(FIRST)))
-        if apart[len(apart) // 2] < EVEN * period:
+        if apart[len(apart) // 2] < EVEN * period and period > FASTEST:
             for k in range(1, FIRST):
                 numbers[k] = numbers[k - 1] + max(
                     1.0, round((stamps[k] - stamps[k - 1]) / period))

@@ -4,7 +4,7 @@ cimport cython
 
 from ..core.bank cimport Bank
 
-cdef double HELD_MOST, STEPS_SEEN
+cdef double HELD_MOST, STEPS_SEEN, HARDEST
 
 
 @cython.final
@@ -14,5 +14,6 @@ cdef class HeldReadings:
     cdef long _same
     cdef object _position, _moved, _steps
 
-    cpdef bint repeats(self, double age, double foreseen, double unit, Bank bank) except -1
+    cpdef bint repeats(self, double stamp, double age, double foreseen, double unit,
+                       Bank bank) except -1
     cpdef moved(self, double stamp, object position, long ticks, bint learn)

@@ -14,7 +14,10 @@ HELD_MOST = 0.1
 """A reading that repeats for longer is of joints that stand, s."""
 
 STEPS_SEEN = 2.5
-"""Steps of the encoder that a joint must move in a tick for a repetition to be no reading."""
+"""Steps of the encoder that a joint would have moved, beyond which a repetition is no reading."""
+
+HARDEST = 100.0
+"""Deceleration of joints that a reading that repeats is believed to show, rad/s^2."""
 
 
 class HeldReadings:
@@ -47,14 +50,17 @@ class HeldReadings:
             position, None, stamp, 0.0)
         self._steps = (position, position, 1), (position, position, 1)
 
-    def repeats(self, age: float, foreseen: float, unit: float, bank: Bank | None) -> bool:
+    def repeats(self, stamp: float, age: float, foreseen: float, unit: float,
+                bank: Bank | None) -> bool:
         """
         Take a reading that is the same as before; return whether it is but sent again.
 
         Parameters
         ----------
+        stamp : float
+            When it is sent, s.
         age : float
-            Since it was first sent, s.
+            Since it was taken for a reading, s.
         foreseen : float
             Length of the joints' move in a tick, by the filters.
         unit : float
@@ -64,8 +70,10 @@ class HeldReadings:
 
         """
         self._same += 1
-        self.standing = bank is not None and (self.standing or self._stands(foreseen, unit, bank))
-        return age < 1.3 * self.hold or self.standing and age < HELD_MOST
+        since = stamp - self._moved[2]
+        self.standing = bank is not None and (
+            self.standing or self._stands(since, foreseen, unit, bank))
+        return age < 1.3 * self.hold or self.standing and since < HELD_MOST
 
     def moved(self, stamp: float, position: array[float], ticks: int, learn: bool) -> None:
         """Take another reading, so many ticks later; `learn`: how far joints step at least."""
@@ -82,15 +90,18 @@ class HeldReadings:
         self.standing = False
         self._steps = (position, position, 1), (position, position, 1)
 
-    def _stands(self, foreseen: float, unit: float, bank: Bank) -> bool:
+    def _stands(self, since: float, foreseen: float, unit: float, bank: Bank) -> bool:
         """
         Whether a reading that repeats cannot be a new one: joints do not stop so fast.
 
-        They had gone on evenly, by many steps of the encoder, up to the last reading.
+        They had gone on evenly up to it, as far as the encoder can tell, and would have moved on
+        by many of its steps since then.
         """
         gone, before = (dist(new, old) / ticks for new, old, ticks in self._steps)
-        return (gone > 0.8 * before > 0.0 and foreseen > 0.5 * gone
-                and bank.encoder_steps(unit) > STEPS_SEEN)
+        step = self.quantum if self.quantum < inf else 0.0
+        return (gone + step > 0.8 * before > 0.0 and foreseen + step > 0.5 * gone
+                and foreseen > HARDEST * (since - 1.1 * unit) * unit
+                and bank.encoder_steps(since) > STEPS_SEEN)
 
     def _follow(self, stamp: float, position: array[float]) -> None:
         """Learn for how long readings are held that repeat and then go on as before."""

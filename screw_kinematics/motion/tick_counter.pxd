@@ -4,7 +4,7 @@ cimport cython
 
 from ..core.robust_line cimport Line
 
-cdef double WRONG
+cdef double SURPRISE, WRONG
 cdef long PAIRS, LATE, MOST_TICKS
 
 
@@ -23,6 +23,7 @@ cdef class TickCounter:
     cpdef TickCounter fresh(self, double stamp)
     cpdef bint usual(self)
     @cython.locals(lateness=double, behind=double, early=double, late=double, cost=double,
+                   surprise=double,
                    best=double, off=double, d=long, near=long, by_joints=long, found=long,
                    lowest=long, highest=long)
     cpdef long number(self, double stamp, double x, double foreseen, double unforeseen,

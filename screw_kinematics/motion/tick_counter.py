@@ -19,6 +19,9 @@ PAIRS = 256
 LATE = 12
 """Stamps in a row that must all be late for their clock to have been set."""
 
+SURPRISE = 5.0
+"""Log odds against an acceleration that nobody foresaw."""
+
 WRONG = 10.0
 """Log odds up to which positions can be wrong about the ticks that passed."""
 
@@ -109,6 +112,8 @@ class TickCounter:
         near = round(lateness / period)
         by_joints = round(x) if foreseen < 1.0 else near
         lowest, highest = min(near, by_joints, 2) - 1, max(near, by_joints, 0) + 1
+        # Densities: what nobody foresaw is spread wider, too.
+        surprise = SURPRISE + (log(unforeseen / foreseen) if unforeseen > foreseen else 0.0)
         best, found = inf, 1
         for d in range(max(lowest, 0 if same else 1), min(highest, MOST_TICKS) + 1):
             if abs(d - near) > 1 and abs(d - by_joints) > 1 and d != 1:
@@ -121,7 +126,7 @@ class TickCounter:
                 cost = min(0.5 * cost * cost, 6.0 if late > -1.2 * period else 20.0)
             off = (x - d) * (x - d)
             cost += min(0.5 * off / (foreseen * foreseen),
-                        5.0 + 0.5 * off / (unforeseen * unforeseen), WRONG)
+                        surprise + 0.5 * off / (unforeseen * unforeseen), WRONG)
             cost -= log(max(self.often.get(d, 0.0) / self.total, 0.005))
             if cost < best - 1e-9:
                 best, found = cost, d

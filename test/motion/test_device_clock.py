@@ -40,6 +40,10 @@ def stalling(motion, seed):
     return stamping.with_stalls(arrival(500, 1e-4)(motion, seed), 0.025, 0.8)
 
 
+def bursts(motion, seed):
+    return stamping.in_bursts(arrival(500, 5e-5)(motion, seed), 4)
+
+
 def clock_set(motion, seed):
     messages = arrival(500, 1e-6)(motion, seed)
     return stamping.with_clock_set(stamping.with_clock_set(messages, 5e-3, 1.2), -1e-2, 2.2)
@@ -54,6 +58,7 @@ WAYS = {
     'held, 500 Hz at 1 kHz': (reader(500, 1000), 1.4, 1.5),
     'lost messages': (lossy, 1.25, 1.35),
     'stalls': (stalling, 1.4, 1.7),
+    'bursts of four': (bursts, 1.3, 1.8),
     'clock set': (clock_set, 1.25, 1.4),
 }
 
@@ -146,10 +151,11 @@ def test_no_change_of_rate_overshoots(rate, faster):
             assert np.abs(found.acceleration).max() < 2 * np.pi**2
 
 
+@pytest.mark.parametrize('step', [1e-5, 1e-4, 1e-3])
 @pytest.mark.parametrize('rate', [100, 250, 500, 1000])
-def test_a_driver_that_stands_still_makes_no_stop(rate):
+def test_a_driver_that_stands_still_makes_no_stop(rate, step):
     stamps = np.arange(3 * rate) / rate
-    positions = np.round(np.sin(np.pi * stamps), 5)
+    positions = np.round(np.sin(np.pi * stamps) / step) * step
     begin, length = int(2.13 * rate), int(0.06 * rate)
     positions[begin:begin + length] = positions[begin - 1]
     estimator = MotionEstimator(1)

@@ -63,6 +63,16 @@ def with_stalls(messages, length, every):
     return messages._replace(stamps=stamped, stamped=stamped)
 
 
+def in_bursts(messages, size):
+    """Send so many messages at once, when the last of them is there."""
+    last = np.minimum(np.arange(len(messages.read)) // size * size + size - 1,
+                      len(messages.read) - 1)
+    stamped = messages.stamped[last]
+    for k in range(1, len(stamped)):
+        stamped[k] = max(stamped[k], stamped[k - 1] + 1e-5)
+    return messages._replace(stamps=stamped, stamped=stamped)
+
+
 def in_stretches(messages, rng, runs, pauses):
     """Let runs of messages arrive, as many as `runs` from .. to, between pauses from .. to [s]."""
     kept = np.zeros(len(messages.read), dtype=bool)
