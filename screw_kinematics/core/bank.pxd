@@ -24,6 +24,7 @@ cdef class Bank:
     cdef double[::1] lsum           # forgetful means of what filters pay for their variances
     cdef double[:, ::1] now         # weighted state after the latest sample, (4, n), SI
     cdef double[:, ::1] out         # what was read: 4 rows of state, 10 of covariance, SI
+    cdef double[::1] speed          # velocities by which ticks are told
     cdef double[::1] instead        # velocities for those that are not measured
     # The run.
     cdef readonly long long count   # samples after the first

@@ -94,6 +94,7 @@ class Bank:
         self.mixture = Mixture(self.gains, self.steps, self.delayed, noise)
         self.travelled = Travel(n)
         self.now, self.out, self.instead = table(4, n), table(14, n), zeros(n)
+        self.speed = zeros(n)
         self.make_room(32 if self.delayed else 1)
         self.start(0.0, self.instead)
 
@@ -367,7 +368,12 @@ class Bank:
     def travel(self, position: cython.double[::1], unit: cython.double, span: cython.double,
                unforeseen: cython.double, agreed: cython.double[::1]) -> tuple[float, float]:
         """Return ticks travelled, and the length of the move in one [rad]; see `Travel`."""
-        self.travelled.measure(self.now, position, unit, span, unforeseen, agreed)
+        j: cython.Py_ssize_t
+        for j in range(self.n):
+            self.speed[j] = self.now[1, j]
+            if self.with_velocity:
+                self.speed[j] = self.trust_in(j).speed(self.now[1, j], self.now[2, j])
+        self.travelled.measure(self.now, self.speed, position, unit, span, unforeseen, agreed)
         return self.travelled.ticks, self.travelled.tick
 
     def encoder_steps(self, unit: cython.double) -> float:

@@ -8,6 +8,6 @@ cdef class Travel:
     cdef double[::1] size       # and their weights
     cdef double ticks, tick
 
-    cdef void measure(self, double[:, ::1] now, double[::1] position, double unit, double span,
-                      double unforeseen, double[::1] agreed) noexcept
+    cdef void measure(self, double[:, ::1] now, double[::1] speed, double[::1] position,
+                      double unit, double span, double unforeseen, double[::1] agreed) noexcept
     cdef double median(self) noexcept

@@ -42,9 +42,9 @@ class Travel:
         self.move, self.gone, self.each, self.size = zeros(n), zeros(n), zeros(n), zeros(n)
         self.ticks, self.tick = 0.0, 0.0
 
-    def measure(self, now: cython.double[:, ::1], position: cython.double[::1],
-                unit: cython.double, span: cython.double, unforeseen: cython.double,
-                agreed: cython.double[::1]) -> None:
+    def measure(self, now: cython.double[:, ::1], speed: cython.double[::1],
+                position: cython.double[::1], unit: cython.double, span: cython.double,
+                unforeseen: cython.double, agreed: cython.double[::1]) -> None:
         """
         Measure a reading.
 
@@ -52,6 +52,8 @@ class Travel:
         ----------
         now:
             State of the joints at the reading before, (4, n).
+        speed:
+            Their velocities then, as known best [rad/s].
         position:
             The new reading.
         unit, span:
@@ -71,7 +73,7 @@ class Travel:
         along: cython.double = 0.0
         for j in range(self.n):
             agreed[j] = position[j]
-            move[j] = unit * (now[1, j] + half * now[2, j] + third * now[3, j])
+            move[j] = unit * (speed[j] + half * now[2, j] + third * now[3, j])
             gone[j] = position[j] - now[0, j]
             square += move[j] * move[j]
             along += move[j] * gone[j]

@@ -24,4 +24,5 @@ cdef class VelocityTrust:
                       bint settling) noexcept
     cpdef bint differenced(self) noexcept
     cdef bint usable(self) noexcept
+    cdef double speed(self, double foreseen, double acceleration) noexcept
     cdef double weigh(self, double apart, double sp, double sv, double dt) noexcept

@@ -26,6 +26,11 @@ EARLY_LAG = cython.declare(cython.double, 1e-3)
 LATE_LAG = cython.declare(cython.double, 5e-3)
 """Lag from which on a velocity is doubted, and how much more until it counts nothing, s."""
 
+FAMILIAR = cython.declare(cython.double, 100.0)
+RIGHT = cython.declare(cython.double, 0.05)
+"""Samples from which on a velocity may tell how far its joint went, and by what share of it it may
+be too large."""
+
 
 UNKNOWN = cython.declare(cython.double, 1e300)
 
@@ -119,6 +124,13 @@ class VelocityTrust:
     def usable(self) -> cython.bint:
         """Whether it may count at all."""
         return self.alive >= 10.0 and self.missing <= 2.0 and not self.differenced()
+
+    def speed(self, foreseen: cython.double, acceleration: cython.double) -> cython.double:
+        """Return the velocity at the latest sample: the measured one if it is right, of late."""
+        if (self.seen > FAMILIAR and self.count > 0.0 and self.usable() and self.lag < LATE_LAG
+                and -RIGHT < self.scale < RIGHT):
+            return (self.latest + self.lag * acceleration) / (1.0 + self.scale)
+        return foreseen
 
     def weigh(self, apart: cython.double, sp: cython.double, sv: cython.double,
               dt: cython.double) -> cython.double:
