@@ -13,6 +13,9 @@ from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
 from launch_ros.actions import Node
 from launch_ros.substitutions import FindPackageShare
 
+JOINT_STATES = 'demo/joint_states'
+"""Not where those of a robot come, which may be there."""
+
 PUMA = 'package://screw_kinematics/config/robots/puma560.yaml'
 
 
@@ -27,7 +30,7 @@ def generate_launch_description():
         ('motion', 'paper', 'how it moves: paper, minjerk or multisine'),
         ('rate', '100.0', 'joint states per second'),
         ('delay', '0.02', 'honest delay of the estimates [s]'),
-        ('namespace', 'demo', 'of nodes and topics'),
+        ('namespace', '', 'of nodes and topics'),
         ('rviz', rviz, 'start RViz, too; by default where it is installed'),
     )
     given = {name: LaunchConfiguration(name) for name, *_ in arguments}
@@ -36,13 +39,14 @@ def generate_launch_description():
         namespace=given['namespace'],
         arguments=['--robot', given['description'], '--base', given['base_frame'],
                    '--tip', given['tip_frame'], '--motion', given['motion'],
-                   '--rate', given['rate']])
+                   '--rate', given['rate'], '--topic', JOINT_STATES])
     states = IncludeLaunchDescription(
         PythonLaunchDescriptionSource(PathJoinSubstitution([
             FindPackageShare('screw_kinematics'), 'launch', 'kinematic_states.launch.py'])),
         launch_arguments={
             **{name: given[name] for name in ('description', 'base_frame', 'tip_frame', 'robot',
                                               'delay', 'namespace', 'rviz')},
+            'joint_states_topic': JOINT_STATES,
             'outputs': 'pose,twist,accel,markers'}.items())
     return LaunchDescription([
         *(DeclareLaunchArgument(name, default_value=default, description=description)

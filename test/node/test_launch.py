@@ -112,8 +112,8 @@ JOINTS = tuple(f'q{i}' for i in range(1, 7))
 
 def test_the_demo_moves_and_is_measured(launched):
     with launched('demo.launch.py', 'rate:=200.0', 'rviz:=false') as (node, wait):
-        accels = listen(node, AccelStamped, '/demo/robot/accel')
-        markers = listen(node, MarkerArray, '/demo/robot/markers')
+        accels = listen(node, AccelStamped, '/robot/accel')
+        markers = listen(node, MarkerArray, '/robot/markers')
         wait(lambda: len(accels) > 20 and markers)
     assert accels[0].header.frame_id == 'base'
 
