@@ -3,7 +3,7 @@
 """The limbs of a parallel manipulator, traced together into straight-line programs."""
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -12,7 +12,7 @@ from .screw_system import LimbScrews
 from ..chains.coupling import measured_as
 from ..chains.serial_chain import SerialChain
 from ..chains.tip_motion import tip_motion
-from ..errors import InvalidValueError
+from ..errors import InvalidValueError, UnknownNameError
 from ..programs.machine import Machine, machine
 from ..programs.tracing import Graph, straight_line
 from ..screws.rigid import row_of_pose
@@ -102,6 +102,31 @@ class Limbs:
             if name not in known:
                 raise InvalidValueError(f'actuated joint {name!r} is in none of the limbs; '
                                         f'their joints: {", ".join(known)}')
+
+    def positions(self, home: Mapping[str, float]) -> Array:
+        """
+        Return the positions of all joints where some are given by name.
+
+        Parameters
+        ----------
+        home : mapping from str to float
+            Positions [rad, m]; joints that are not named are at 0.
+
+        Returns
+        -------
+        array, shape (joints,)
+            In the order of ``joint_names``.
+
+        Raises
+        ------
+        UnknownNameError
+            There is no such joint.
+
+        """
+        for name in home:
+            if name not in self.joint_names:
+                raise UnknownNameError('joint in the home posture:', name, self.joint_names)
+        return np.array([float(home.get(name, 0.0)) for name in self.joint_names])
 
     def kinematics(self, values: Sequence[float]) -> tuple[Array, Array, LimbScrews]:
         """

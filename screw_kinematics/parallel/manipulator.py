@@ -23,7 +23,7 @@ from .screw_system import RANK_TOLERANCE
 from ..chains.joint import Joint
 from ..chains.manipulator import Manipulator
 from ..chains.serial_chain import SerialChain
-from ..errors import InvalidValueError, UnknownNameError
+from ..errors import InvalidValueError
 from ..screws.body_state import BodyState
 from ..screws.reference import check_axes, resolve_pole
 from ..screws.rigid import checked_pose
@@ -97,7 +97,7 @@ class ParallelManipulator(Manipulator):
         self.fixed_to_base = self.limbs[0].fixed_to_base
         self.joint_names = self._limbs.actuated
         self.passive_joint_names = self._limbs.passive
-        solution = close_loops(self._limbs, self._start(home or {}))
+        solution = close_loops(self._limbs, self._limbs.positions(home or {}))
         self.mobility = solution.system.mobility()
         if solution.system.direct_conditioning < RANK_TOLERANCE:
             raise InvalidValueError(
@@ -114,14 +114,6 @@ class ParallelManipulator(Manipulator):
         return (f'ParallelManipulator({self.name or "unnamed"}: {len(self.limbs)} limbs, '
                 f'{self.dof} actuated and {len(self.passive_joint_names)} passive joints, '
                 f'{self.base_frame} -> {self.tip_frame})')
-
-    def _start(self, home: Mapping[str, float]) -> Array:
-        """Return where to look for the home posture: 0 for joints that are not named."""
-        known = self._limbs.joint_names
-        for name in home:
-            if name not in known:
-                raise UnknownNameError('joint in the home posture:', name, known)
-        return np.array([float(home.get(name, 0.0)) for name in known])
 
     @property
     def dof(self) -> int:
@@ -243,11 +235,8 @@ class ParallelManipulator(Manipulator):
 
         Parameters
         ----------
-        q : array, shape (..., dof)
-            Positions of the actuated joints [rad, m]; of many samples each starts from
-            the one before.
-        *derivatives : array, shape (..., dof)
-            Their first to at most fourth time derivatives.
+        q, *derivatives : as of every manipulator
+            Of many samples each starts from the one before.
         start : ClosedPosture, optional
             As in :meth:`posture`.
 
@@ -259,7 +248,7 @@ class ParallelManipulator(Manipulator):
         Raises
         ------
         ShapeError, InvalidValueError
-            Joint values of a wrong shape, or more than four derivatives.
+            As of every manipulator.
         ClosureError, AssemblyModeError, SingularityError
             The way does not lead to a posture; the message says why and where.
 
@@ -282,13 +271,8 @@ class ParallelManipulator(Manipulator):
 
         Parameters
         ----------
-        q : array, shape (..., dof)
-            Positions of the actuated joints [rad, m]; of many samples each starts from
-            the one before.
-        pole : 'tip', 'base' or array, shape (..., 3)
-            The point the moments refer to; an array is in base coordinates [m].
-        axes : {'base', 'tip'}
-            Whose axes the components are in.
+        q, pole, axes : as of every manipulator
+            Of many samples each starts from the one before.
         start : ClosedPosture, optional
             As in :meth:`posture`.
 
@@ -301,7 +285,7 @@ class ParallelManipulator(Manipulator):
         Raises
         ------
         ShapeError, InvalidValueError, UnknownNameError
-            Joint values of a wrong shape, or no such pole or axes.
+            As of every manipulator.
         ClosureError, AssemblyModeError, SingularityError
             The way does not lead to a posture; the message says why and where.
 
@@ -366,9 +350,7 @@ class ParallelManipulator(Manipulator):
 
         Returns
         -------
-        actuated : list of array, shape (dof,)
-            First, second, ... time derivatives.
-        passive : list of array, shape (passive joints,)
+        actuated, passive : list of array, shapes (dof,), (passive joints,)
             First, second, ... time derivatives.
 
         Raises
