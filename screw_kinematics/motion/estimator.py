@@ -125,7 +125,7 @@ class MotionEstimator(JointEstimator):
         return [share > USED for *_, share in self._bank.velocity_facts()]
 
     def doubts(self, joint_names: Sequence[str] | None = None) -> list[str]:
-        """Return what is odd about the samples, also about when and how fast joints were read."""
+        # Also about when and how fast joints were read.
         names: Iterable[object] = range(self.n_joints) if joint_names is None else joint_names
         found = [*super().doubts(joint_names), *self._clock.doubts()]
         count = self._bank.count

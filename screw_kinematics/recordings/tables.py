@@ -12,7 +12,7 @@ import numpy as np
 from .history import History, QUANTITIES
 from ..errors import MissingExtraError, ToolError, UnknownNameError
 from ..programs.quantities import find_quantity
-from ..screws.rotations import rotation_from_quaternion
+from ..screws.rotations import pose, rotation_from_quaternion
 from ..screws.se3 import Array
 
 ENDINGS = ('.csv', '.parquet')
@@ -153,21 +153,14 @@ def read_history(path: Path, quantities: Sequence[str]) -> History:
         if quantity not in known:
             raise UnknownNameError(f'quantity in {path}', quantity, known)
         block = np.stack([table.column(name).to_numpy() for name in columns(quantity)], axis=1)
-        values[quantity] = _poses(block) if quantity == 'pose' else block
+        values[quantity] = block if quantity != 'pose' else pose(
+            rotation_from_quaternion(block[:, 3:]), block[:, :3])
     stamps = table.column(STAMP).to_numpy()
     about = {key.decode(): value.decode()
              for key, value in (table.schema.metadata or {}).items() if b'.' not in key}
     return History(about.get('robot', path.stem), about.get('base_frame', 'base'),
                    about.get('tip_frame', 'tip'), (stamps - stamps[0]) * 1e-9, values,
                    int(stamps[0]))
-
-
-def _poses(block: Array) -> Array:
-    out = np.zeros((len(block), 4, 4))
-    out[:, :3, :3] = rotation_from_quaternion(block[:, 3:])
-    out[:, :3, 3] = block[:, :3]
-    out[:, 3, 3] = 1.0
-    return out
 
 
 def _arrow() -> Any:

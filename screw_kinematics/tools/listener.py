@@ -9,7 +9,11 @@ import time
 from types import TracebackType
 from typing import Any
 
+import numpy as np
+
 from ..errors import MissingExtraError, ParameterError
+from ..screws.rotations import rotation_from_quaternion
+from ..screws.se3 import Array
 
 
 class Stream:
@@ -101,6 +105,21 @@ class Listener:
 def stamp_of(message: Any) -> int:
     """Return the stamp of a message with a header [ns]."""
     return int(message.header.stamp.sec) * 1_000_000_000 + int(message.header.stamp.nanosec)
+
+
+def xyz(vector: Any) -> Array:
+    """Return a Vector3 or Point."""
+    return np.array([vector.x, vector.y, vector.z])
+
+
+def six_vector(message: Any) -> Array:
+    """Return a Twist or Accel, angular first."""
+    return np.concatenate([xyz(message.angular), xyz(message.linear)])
+
+
+def rotation_of(message: Any) -> Array:
+    """Return the rotation matrix of a Quaternion."""
+    return rotation_from_quaternion(np.array([message.x, message.y, message.z, message.w]))
 
 
 def require_ros() -> None:

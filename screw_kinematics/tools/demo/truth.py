@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 
 from .view import Row
+from ..listener import rotation_of, six_vector, xyz
 from ...screws.body_state import BodyState
-from ...screws.rotations import roll_pitch_yaw, rotation_from_quaternion
+from ...screws.rotations import roll_pitch_yaw
 from ...screws.screw import screw_of_twist
 from ...screws.se3 import Array
 
@@ -26,10 +27,10 @@ def rows(exact: BodyState, pose: Any, twist: Any, accel: Any) -> tuple[Row, ...]
         Of the tip, in base axes.
 
     """
-    velocity, exact_velocity = _six(twist), exact.classical(1)
-    acceleration, exact_acceleration = _six(accel), exact.classical(2)
-    position, exact_position = _xyz(pose.position), exact.pose[:3, 3]
-    rotation = rotation_from_quaternion(_xyzw(pose.orientation))
+    velocity, exact_velocity = six_vector(twist), exact.classical(1)
+    acceleration, exact_acceleration = six_vector(accel), exact.classical(2)
+    position, exact_position = xyz(pose.position), exact.pose[:3, 3]
+    rotation = rotation_of(pose.orientation)
     exact_angles = _degrees(exact.pose[:3, :3])
     screw, exact_screw = screw_of_twist(velocity), screw_of_twist(exact_velocity)
     return (
@@ -47,18 +48,6 @@ def rows(exact: BodyState, pose: Any, twist: Any, accel: Any) -> tuple[Row, ...]
             exact_position + exact_screw.point),
         Row('pitch', 'h', 'm/rad', screw.pitch[None], exact_screw.pitch[None]),
     )
-
-
-def _xyz(vector: Any) -> Array:
-    return np.array([vector.x, vector.y, vector.z])
-
-
-def _six(message: Any) -> Array:
-    return np.concatenate([_xyz(message.angular), _xyz(message.linear)])
-
-
-def _xyzw(quaternion: Any) -> Array:
-    return np.array([quaternion.x, quaternion.y, quaternion.z, quaternion.w])
 
 
 def _degrees(rotation: Array) -> Array:

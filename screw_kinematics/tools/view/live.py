@@ -13,10 +13,10 @@ import numpy as np
 
 from .motion import moved, ShownMotion, Snapshot
 from .panel import SPAN
-from ..listener import Listener, require_ros, stamp_of
+from ..listener import Listener, require_ros, rotation_of, six_vector, stamp_of, xyz
 from ...recordings.recording import full_name
 from ...screws.body_state import BodyState
-from ...screws.rotations import pose, rotation_from_quaternion
+from ...screws.rotations import pose
 from ...screws.se3 import Array, inverse
 
 Exact = Callable[[int], BodyState]
@@ -183,13 +183,13 @@ class _LiveRobot:
         tip = seen = robot.state(q).pose
         if of_tip is not None:
             self._motion.world = of_tip.header.frame_id
-            seen = _pose(of_tip.pose)
+            seen = pose(rotation_of(of_tip.pose.orientation), xyz(of_tip.pose.position))
         exact, base = None, seen @ inverse(tip)
         if self._exact is not None:
             state = self._exact(stamp)
             exact = np.array([state.classical(1), state.classical(2)])
-        return Snapshot(time, q, moved(robot.skeleton(q), base), seen, _six(twist.twist),
-                        _six(accel.accel), exact=exact, base=base)
+        return Snapshot(time, q, moved(robot.skeleton(q), base), seen, six_vector(twist.twist),
+                        six_vector(accel.accel), exact=exact, base=base)
 
     def _joints_at(self, stamp: int) -> Array:
         """Return the joint positions at an instant, which may be before the newest ones."""
@@ -197,14 +197,3 @@ class _LiveRobot:
         values = np.array([sample[1] for sample in self._samples])
         at = (stamps - stamps[0]).astype(float)
         return np.array([np.interp(float(stamp - stamps[0]), at, column) for column in values.T])
-
-
-def _pose(message: Any) -> Array:
-    at, turned = message.position, message.orientation
-    return pose(rotation_from_quaternion(np.array([turned.x, turned.y, turned.z, turned.w])),
-                [at.x, at.y, at.z])
-
-
-def _six(part: Any) -> Array:
-    return np.array([part.angular.x, part.angular.y, part.angular.z,
-                     part.linear.x, part.linear.y, part.linear.z])

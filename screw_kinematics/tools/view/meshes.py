@@ -51,8 +51,7 @@ class RobotMeshes:
         if root != self._robot.base_frame:
             T_base_root = inverse(np.asarray(    # noqa: N806
                 self._urdf.get_transform(self._robot.base_frame, root)))
-            x, y, z, w = quaternion_from_rotation(T_base_root[:3, :3])
-            self._frame.wxyz = np.array([w, x, y, z])
+            self._frame.wxyz = w_first(T_base_root[:3, :3])
             self._frame.position = T_base_root[:3, 3]
 
 
@@ -86,6 +85,11 @@ def load_meshes(description: str, robot: Manipulator) -> tuple[RobotMeshes | Non
     if not urdf.scene.geometry:
         return None, 'the description has none'
     return RobotMeshes(urdf, robot), ''
+
+
+def w_first(rotation: Array) -> Array:
+    """Return a rotation as viser has it: a quaternion (w, x, y, z)."""
+    return np.roll(quaternion_from_rotation(rotation), 1)
 
 
 def _source(description: str) -> tuple[Any, Path]:

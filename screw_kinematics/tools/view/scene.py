@@ -8,9 +8,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .meshes import RobotMeshes
+from .meshes import RobotMeshes, w_first
 from .motion import ShownMotion, Snapshot
-from ...screws.rotations import quaternion_from_rotation
 from ...screws.screw import screw_of_twist
 from ...screws.se3 import Array
 
@@ -160,8 +159,7 @@ class RobotScene:
         return np.array(self._nodes[name].points)[0]
 
     def _place(self, name: str, pose: Array) -> None:
-        x, y, z, w = quaternion_from_rotation(pose[:3, :3])
-        self._nodes[name].wxyz = np.array([w, x, y, z])
+        self._nodes[name].wxyz = w_first(pose[:3, :3])
         self._nodes[name].position = pose[:3, 3]
 
     def _draw_arrow(self, name: str, begin: Array, vector: Array, colour: Sequence[int],
@@ -201,8 +199,7 @@ class RobotScene:
             node = self._nodes['covariance'] = self._scene.add_icosphere(
                 f'{self._root}/covariance', 1.0, QUANTITIES['a'].colour, opacity=0.25,
                 cast_shadow=False, receive_shadow=False)
-        x, y, z, w = quaternion_from_rotation(axes)
-        node.wxyz = np.array([w, x, y, z])
+        node.wxyz = w_first(axes)
         node.position = snapshot.pose[:3, 3] + scale * snapshot.accel[3:]
         least = 2e-3 * self._size
         node.scale = tuple(float(max(2 * np.sqrt(max(v, 0.0)) * scale, least)) for v in values)
