@@ -53,8 +53,8 @@ class JointElement:
     """
     A joint as written: its attributes, and those of its parts by tag (first of each).
 
-    ``stranger`` is a part of unknown meaning that may change the joint, in words, its line, and what
-    was likely meant.
+    ``stranger`` is a part of unknown meaning that may change the joint, in words, its line, and
+    what was likely meant.
     """
 
     attributes: dict[str, str]
@@ -153,9 +153,9 @@ class _Reader:
             self._note(tag)
 
     def text(self, data: str) -> None:
-        if self._joint is not None and self._depth == 3 and self._tag in _KINEMATIC and data.strip():
-            self._meet(self._joint, f'the text {data.strip()[:80]!r} in {self._tag!r}',
-                       'allowed: attributes')
+        joint, said = self._joint, data.strip()
+        if said and joint is not None and self._depth == 3 and self._tag in _KINEMATIC:
+            self._meet(joint, f'the text {said[:80]!r} in {self._tag!r}', 'allowed: attributes')
 
     def _meet(self, joint: JointElement, what: str, meant: str) -> None:
         joint.stranger = joint.stranger or (what, self._line(), meant)

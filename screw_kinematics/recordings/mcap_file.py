@@ -10,7 +10,7 @@ is read. Format: https://mcap.dev/spec
 """
 from __future__ import annotations
 
-from bisect import bisect_left
+from bisect import bisect_right
 from collections.abc import Iterator
 import mmap
 from pathlib import Path
@@ -106,9 +106,10 @@ class McapFile:
                   if channel.kind in kinds and (topics is None or channel.topic in topics)}
         waiting: list[Message] = []
         for section in sorted(self._sections, key=lambda section: section.start):
-            ready = bisect_left(waiting, section.start, key=_received)
+            ready = bisect_right(waiting, section.start, key=_received)
             yield from waiting[:ready]
-            waiting[:ready] = self._read(section, wanted, self.damage)
+            # Those of one time stay in the order in which they stand in the file.
+            waiting = waiting[ready:] + self._read(section, wanted, self.damage)
             waiting.sort(key=_received)
             self._release()
         yield from waiting

@@ -64,6 +64,16 @@ def test_chunks_out_of_order_are_read_in_order(tmp_path):
     assert found == expected(given) and not damage
 
 
+@pytest.mark.parametrize('times', [
+    lambda k, t: 7, lambda k, t: t // 10**9, lambda k, t: 0, lambda k, t: 2**64 - 5,
+    lambda k, t: 7 if k < 150 else 8], ids=['same', 's', 'zero', 'below zero', 'two'])
+def test_messages_of_one_time_stay_in_order(times, tmp_path):
+    given = [(topic, kind, times(k, time), data)
+             for k, (topic, kind, time, data) in enumerate(messages(300))]
+    found, damage = read(write(tmp_path / 'x.mcap', given, chunk_size=4000))
+    assert [data for _, data in found] == [data for *_, data in given] and not damage
+
+
 @pytest.mark.parametrize('options', [
     {'compression': CompressionType.ZSTD}, {'compression': CompressionType.LZ4},
     {'compression': CompressionType.NONE}, {'use_chunking': False}], ids=str)
