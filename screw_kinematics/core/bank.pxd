@@ -3,11 +3,14 @@
 from .channel cimport Channel
 from .gains cimport Gains
 from .mixture cimport Mixture
+from .spread cimport Spread
 from .steps cimport Steps
 from .travel cimport Travel
 from .velocity_trust cimport VelocityTrust
 
 cdef double DENSEST, SPARSE, TIME_UNIT, WINDOW
+
+cdef list in_a_row(double[:, ::1] t, Py_ssize_t first, Py_ssize_t end)
 
 
 cdef class Bank:
@@ -19,6 +22,7 @@ cdef class Bank:
     cdef list trust                 # of each joint's velocity
     cdef Steps steps
     cdef Mixture mixture
+    cdef Spread spread
     cdef Travel travelled
     cdef double[::1] prior, scale
     cdef double[::1] lsum           # forgetful means of what filters pay for their variances
@@ -45,4 +49,5 @@ cdef class Bank:
     cdef void prepare(self, Channel c, double share, double plausible, double half,
                       Py_ssize_t slot) noexcept
     cdef void average(self) noexcept
-    cdef void fuse(self, VelocityTrust trust, Py_ssize_t j, double at, bint fresh) noexcept
+    cdef void fuse(self, VelocityTrust trust, Py_ssize_t j, double at, bint fresh,
+                   bint spread) noexcept

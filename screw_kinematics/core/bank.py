@@ -18,6 +18,7 @@ except ImportError:
 from .channel import Channel
 from .gains import Gains
 from .mixture import Mixture
+from .spread import Spread
 from .steps import Steps
 from .tables import DENSEST, row, SCALE, SPARSE, table, TIME_UNIT, WINDOW, zeros
 from .travel import Travel
@@ -91,7 +92,8 @@ class Bank:
         self.velocity = Channel(n, self.gains, self.lsum, self.delayed)
         self.trust = [VelocityTrust() for _ in range(n)]
         self.steps = Steps(self.gains)
-        self.mixture = Mixture(self.gains, self.steps, self.delayed, noise)
+        self.mixture = Mixture(self.gains, self.steps, self.delayed)
+        self.spread = Spread(n, self.gains, self.steps, self.delayed, noise)
         self.travelled = Travel(n)
         self.now, self.out, self.instead = table(4, n), table(14, n), zeros(n)
         self.speed = zeros(n)
@@ -290,16 +292,17 @@ class Bank:
             for k in range(4):
                 self.out[k, j] = self.mixture.mean[k] / self.scale[k]
             if spread:
-                self.mixture.spread(self.position, j, self.out)
+                self.spread.tell(self.mixture, self.position, j, self.dt if fresh else 0.0,
+                                 self.out)
             if self.with_velocity:
-                self.fuse(self.trust_in(j), j, at, fresh)
+                self.fuse(self.trust_in(j), j, at, fresh, spread)
             self.out[1, j] /= rate
             self.out[2, j] /= rate * rate
             self.out[3, j] /= rate * rate * rate
         return READ
 
     def fuse(self, trust: VelocityTrust, j: cython.Py_ssize_t, at: cython.double,
-             fresh: cython.bint) -> None:
+             fresh: cython.bint, spread: cython.bint) -> None:
         """Let the velocity's acceleration into what was read of a joint, by its weight."""
         trust.share = 0.0
         if self.count < FIRST_FUSED or not trust.usable():
@@ -317,51 +320,30 @@ class Bank:
         av: cython.double = found.mean[1] / unit / scale
         sv: cython.double = found.variance / (unit * unit) + 1e-12
         w: cython.double = trust.weigh((av - ap) * (av - ap), sp, sv, self.dt if fresh else 0.0)
+        faster: cython.double = found.mean[0] / scale - o[1, j]
+        if spread:
+            self.spread.fuse(found, self.velocity, j, self.dt if fresh else 0.0, w, scale, faster,
+                             av - ap, o)
         o[2, j] = ap + w * (av - ap)
-        o[1, j] += w * (found.mean[0] / scale - o[1, j])
+        o[1, j] += w * faster
         o[3, j] += w * (found.mean[2] / self.scale[2] / scale - o[3, j])
-        # Rows and columns of the covariance shrink as the deviations do.
-        k: cython.double = sqrt(1.0 - w)
-        own: cython.double = o[8, j]
-        level: cython.double = found.level / (scale * scale)
-        rest: cython.double = (1.0 - w) * (1.0 - w) * own + w * w * level
-        f: cython.double = sqrt(rest / own) if rest < own else 1.0
-        o[6, j] *= k
-        o[9, j] *= k * f
-        o[12, j] *= k
-        o[11, j] *= k * k
-        o[5, j] *= f
-        o[8, j] *= f * f
-        o[10, j] *= f
 
     def values(self) -> list[float]:
         """Return position, velocity, acceleration and jerk that were read, in a row."""
-        j: cython.Py_ssize_t
-        i: cython.Py_ssize_t
-        row = []
-        for i in range(4):
-            for j in range(self.n):
-                row.append(self.out[i, j])
-        return row
+        return in_a_row(self.out, 0, 4)
 
     def clear_of_noise(self) -> bool:
         """Whether accelerations that were read with their covariance are more than noise."""
         j: cython.Py_ssize_t
-        o: cython.double[:, ::1] = self.out
         for j in range(self.n):
-            if o[11, j] > LITTLE and CLEAR * o[11, j] > o[2, j] * o[2, j]:
+            noise: cython.double = self.spread.claimed[j]
+            if noise > LITTLE and CLEAR * noise > self.out[2, j] * self.out[2, j]:
                 return False
         return True
 
     def variances(self) -> list[float]:
         """Return the upper triangle of the covariance of each joint: 10 n numbers, by rows."""
-        j: cython.Py_ssize_t
-        i: cython.Py_ssize_t
-        row = []
-        for i in range(4, 14):
-            for j in range(self.n):
-                row.append(self.out[i, j])
-        return row
+        return in_a_row(self.out, 4, 14)
 
     # ---- what the clock asks
 
@@ -391,13 +373,7 @@ class Bank:
 
     def state(self) -> list[float]:
         """Return the weighted state after the latest sample, in a row."""
-        j: cython.Py_ssize_t
-        i: cython.Py_ssize_t
-        row = []
-        for i in range(4):
-            for j in range(self.n):
-                row.append(self.now[i, j])
-        return row
+        return in_a_row(self.now, 0, 4)
 
     def odd_samples(self) -> list[int]:
         """Return how many samples of each joint waited for the next one, as improbable."""
@@ -412,3 +388,14 @@ class Bank:
         """
         return [(trust.alive, trust.differenced(), trust.lag, trust.scale, trust.share)
                 for trust in self.trust]
+
+
+def in_a_row(t: cython.double[:, ::1], first: cython.Py_ssize_t, end: cython.Py_ssize_t) -> list:
+    """Return the numbers of some rows of a table."""
+    i: cython.Py_ssize_t
+    j: cython.Py_ssize_t
+    numbers = []
+    for i in range(first, end):
+        for j in range(t.shape[1]):
+            numbers.append(t[i, j])
+    return numbers

@@ -37,6 +37,8 @@ cdef class Channel:
     cdef double[::1] mean       # forgetful mean squares of the innovations over variances
     cdef double[::1] before     # the same before the sample that waits
     cdef double[::1] weight
+    cdef double[:, ::1] excess  # what wider filters show of errors, (3, n M)
+    cdef double told            # how often
     cdef double[:, ::1] states  # predicted states of the latest steps, (steps, 4 n M)
     cdef double[:, ::1] errors  # innovations of the latest steps, (steps, n M)
     # The sample at hand.

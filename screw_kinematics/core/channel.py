@@ -101,6 +101,7 @@ class Channel:
         self.x = table(4, n * m)
         self.mean, self.before, self.weight = zeros(n * m), zeros(n * m), zeros(n * m)
         self.states, self.errors = table(1, 1), table(1, 1)
+        self.excess, self.told = table(3, n * m), 0.0
 
     def signal(self, j: cython.Py_ssize_t) -> Signal:
         """Return what is known of a signal."""
@@ -111,12 +112,13 @@ class Channel:
         i: cython.Py_ssize_t
         j: cython.Py_ssize_t
         k: cython.Py_ssize_t
+        self.told = 0.0
         for j in range(self.n):
             self.signal(j).start(z[j])
             for k in range(j * self.m, (j + 1) * self.m):
                 self.x[0, k] = z[j]
                 for i in range(1, 4):
-                    self.x[i, k] = 0.0
+                    self.x[i, k] = self.excess[i - 1, k] = 0.0
                 self.mean[k] = self.before[k] = 0.0
                 self.weight[k] = 1.0 / self.m
 

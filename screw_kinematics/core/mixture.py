@@ -2,7 +2,7 @@
 # cython: initializedcheck=False
 # Copyright screw_kinematics contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What the filters of a signal say together, weighed: means and covariances at an instant."""
+"""What the filters of a signal say together, weighed: means at an instant."""
 from __future__ import annotations
 
 try:
@@ -12,13 +12,7 @@ except ImportError:
 from .channel import Channel
 from .gains import Gains
 from .steps import Steps
-from .tables import row, SCALE, table, TIME_UNIT, zeros
-
-NEGLIGIBLE = cython.declare(cython.double, 1e-4)
-"""Weights below are passed over."""
-
-SURE = cython.declare(cython.double, 12.0)
-"""Changes after which the step of an encoder is one: a few may be multiples of any."""
+from .tables import NEGLIGIBLE, row, SCALE, table, TIME_UNIT, zeros
 
 
 class Mixture:
@@ -33,17 +27,14 @@ class Mixture:
         The latest ones.
     delayed:
         Whether instants are before the latest step.
-    known_noise:
-        Variance of the noise, for covariances; 0: it is estimated.
 
     """
 
-    def __init__(self, gains: Gains, steps: Steps, delayed: bool, known_noise: float) -> None:
+    def __init__(self, gains: Gains, steps: Steps, delayed: bool) -> None:
         self.gains, self.steps, self.m = gains, steps, gains.m
-        self.delayed, self.known_noise = delayed, known_noise
-        self.states, self.work = table(4, gains.m), table(10, 1)
+        self.delayed, self.states = delayed, table(4, gains.m)
         self.scale, self.mean = row(SCALE), zeros(4)
-        self.r, self.top, self.variance, self.level = 0.0, 0, 0.0, 0.0
+        self.r, self.top, self.variance = 0.0, 0, 0.0
 
     def look(self, c: Channel, j: cython.Py_ssize_t, i: cython.longlong, at: cython.double,
              time: cython.double) -> None:
@@ -92,8 +83,8 @@ class Mixture:
         """
         Mix a signal's filters.
 
-        Finds the mean state, the variance of component `what`, 1 or 2, and that of component 0
-        if it is 1. Densities of the processes are of a period.
+        Finds the mean state, and what variance of component `what`, 1 or 2, the filters claim.
+        Densities of the processes are of a period.
         """
         k: cython.Py_ssize_t
         m: cython.Py_ssize_t = self.m
@@ -113,7 +104,6 @@ class Mixture:
         total: cython.double = 0.0
         square: cython.double = 0.0
         inner: cython.double = 0.0
-        level: cython.double = 0.0
         v: cython.double
         for k in range(m):
             w: cython.double = c.weight[first + k]
@@ -136,9 +126,6 @@ class Mixture:
                 v = (p[top + 4, k] + 4.0 * r2 * p[top + 7, k] + 9.0 * r2 * r2 * p[top + 9, k]
                      + 4.0 * r * p[top + 5, k] + 6.0 * r2 * p[top + 6, k]
                      + 12.0 * r3 * p[top + 8, k])
-                ahead: cython.double = b0 * b0 + c.mean[first + k] * (
-                    p[top, k] + 2.0 * r * p[top + 1, k] + r2 * p[top + 4, k])
-                level += w * ahead
                 if h > 1e-3:        # what the process adds on the way
                     density: cython.double = self.gains.power[k] * period
                     if self.gains.four[k] > 0.5:
@@ -150,76 +137,3 @@ class Mixture:
         o[0], o[1], o[2], o[3] = m0 / total, m1 / total, m2 / total, m3 / total
         square = square / total - (o[2] * o[2] if what == 2 else o[1] * o[1])
         self.variance = (square if square > 0.0 else 0.0) + inner / total
-        level = level / total - o[0] * o[0]
-        self.level = level if level > 0.0 else 0.0
-
-    def spread(self, c: Channel, j: cython.Py_ssize_t, out: cython.double[:, ::1]) -> None:
-        """Write the covariance of a signal's mixed state: within and between the filters."""
-        k: cython.Py_ssize_t
-        a: cython.Py_ssize_t
-        m: cython.Py_ssize_t = self.m
-        first: cython.Py_ssize_t = j * m
-        r: cython.double = self.r
-        r2: cython.double = r * r
-        r3: cython.double = r2 * r
-        x: cython.double[:, ::1] = self.states
-        p: cython.double[:, ::1] = self.steps.smoothed if self.delayed else self.gains.p
-        top: cython.Py_ssize_t = self.top
-        w: cython.double[::1] = c.weight
-        mean: cython.double[::1] = c.mean
-        e: cython.double[:, ::1] = self.work
-        # Noise is never below that of rounding, however well some samples lie on a line.
-        encoder: cython.double = c.signal(j).step_of_encoder()
-        least: cython.double = encoder * encoder / 12.0 if c.signal(j).changes > SURE else 0.0
-        for a in range(10):
-            e[a, 0] = 0.0
-        m0: cython.double = 0.0
-        m1: cython.double = 0.0
-        m2: cython.double = 0.0
-        m3: cython.double = 0.0
-        for k in range(m):
-            m0 += w[first + k] * x[0, k]
-            m1 += w[first + k] * x[1, k]
-            m2 += w[first + k] * x[2, k]
-            m3 += w[first + k] * x[3, k]
-        for k in range(m):
-            v: cython.double = w[first + k]
-            if v < NEGLIGIBLE:
-                continue
-            noise: cython.double = mean[first + k] if mean[first + k] > least else least
-            s: cython.double = v * (self.known_noise if self.known_noise > 0.0 else noise)
-            b0: cython.double = x[0, k] - m0
-            b1: cython.double = x[1, k] - m1
-            b2: cython.double = x[2, k] - m2
-            b3: cython.double = x[3, k] - m3
-            e[0, 0] += s * p[top, k] + v * b0 * b0
-            e[1, 0] += s * p[top + 1, k] + v * b0 * b1
-            e[2, 0] += s * p[top + 2, k] + v * b0 * b2
-            e[3, 0] += s * p[top + 3, k] + v * b0 * b3
-            e[4, 0] += s * p[top + 4, k] + v * b1 * b1
-            e[5, 0] += s * p[top + 5, k] + v * b1 * b2
-            e[6, 0] += s * p[top + 6, k] + v * b1 * b3
-            e[7, 0] += s * p[top + 7, k] + v * b2 * b2
-            e[8, 0] += s * p[top + 8, k] + v * b2 * b3
-            e[9, 0] += s * p[top + 9, k] + v * b3 * b3
-        # r onward
-        a00: cython.double = e[0, 0] + r * e[1, 0] + r2 * e[2, 0] + r3 * e[3, 0]
-        a01: cython.double = e[1, 0] + r * e[4, 0] + r2 * e[5, 0] + r3 * e[6, 0]
-        a02: cython.double = e[2, 0] + r * e[5, 0] + r2 * e[7, 0] + r3 * e[8, 0]
-        a03: cython.double = e[3, 0] + r * e[6, 0] + r2 * e[8, 0] + r3 * e[9, 0]
-        a11: cython.double = e[4, 0] + 2.0 * r * e[5, 0] + 3.0 * r2 * e[6, 0]
-        a12: cython.double = e[5, 0] + 2.0 * r * e[7, 0] + 3.0 * r2 * e[8, 0]
-        a13: cython.double = e[6, 0] + 2.0 * r * e[8, 0] + 3.0 * r2 * e[9, 0]
-        a22: cython.double = e[7, 0] + 3.0 * r * e[8, 0]
-        a23: cython.double = e[8, 0] + 3.0 * r * e[9, 0]
-        t: cython.double[::1] = self.scale
-        out[4, j] = a00 + r * a01 + r2 * a02 + r3 * a03
-        out[5, j] = (a01 + 2.0 * r * a02 + 3.0 * r2 * a03) / t[1]
-        out[6, j] = (a02 + 3.0 * r * a03) / t[2]
-        out[7, j] = a03 / t[3]
-        out[8, j] = (a11 + 2.0 * r * a12 + 3.0 * r2 * a13) / (t[1] * t[1])
-        out[9, j] = (a12 + 3.0 * r * a13) / (t[1] * t[2])
-        out[10, j] = a13 / (t[1] * t[3])
-        out[11, j] = (a22 + 3.0 * r * a23) / (t[2] * t[2])
-        out[12, j] = a23 / (t[2] * t[3])
-        out[13, j] = e[9, 0] / (t[3] * t[3])

@@ -34,6 +34,9 @@ DENSEST = 8.0
 LEAST = 1e-26
 """Variances of signals are never below."""
 
+NEGLIGIBLE = 1e-4
+"""Weights of filters below are passed over."""
+
 
 def table(rows: int, columns: int) -> memoryview:
     """Return a table of zeros, which has a number at least."""

@@ -1,0 +1,32 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+from .channel cimport Channel
+from .gains cimport Gains
+from .mixture cimport Mixture
+from .steps cimport Steps
+
+cdef double NEGLIGIBLE
+
+cdef void grow(double[:, ::1] t, Py_ssize_t j, Py_ssize_t i, double old, double new) noexcept
+
+
+cdef class Spread:
+    cdef Py_ssize_t m
+    cdef bint delayed
+    cdef double known_noise
+    cdef Gains gains
+    cdef Steps steps
+    cdef double[:, ::1] work        # covariance at the latest step before the instant, (10, 1)
+    cdef double[:, ::1] second      # what velocities tell, in rows as those that are read
+    cdef double[:, ::1] apart       # forgetful mean squares of how far these are from positions'
+    cdef double[::1] scale
+    cdef double[::1] claimed        # variances of accelerations as the filters alone claim [rad2/s4]
+
+    cdef void tell(self, Mixture found, Channel c, Py_ssize_t j, double dt,
+                   double[:, ::1] out) noexcept
+    cdef void compare(self, Mixture found, Channel c, Py_ssize_t j, double dt) noexcept
+    cdef void mix(self, Mixture found, Channel c, Py_ssize_t j) noexcept
+    cdef void add(self, Py_ssize_t i, double variance) noexcept
+    cdef void carry(self, double r, Py_ssize_t j, double[:, ::1] out) noexcept
+    cdef void fuse(self, Mixture found, Channel c, Py_ssize_t j, double dt, double w, double scale,
+                   double dv, double da, double[:, ::1] out) noexcept
