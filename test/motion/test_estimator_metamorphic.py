@@ -40,6 +40,11 @@ def assert_same(found, expected, tolerance=1e-5):
     np.testing.assert_allclose(found[2], expected[2], rtol=1e-2)
 
 
+def found_of(estimates, n, joints=slice(None)):
+    """Return the latest n of some estimates, of some joints."""
+    return [estimates[0][-n:], *(part[-n:, :, joints] for part in estimates[1:])]
+
+
 SEEDS, FLAGS = st.integers(0, 10**6), st.booleans()
 DELAYS = st.sampled_from([0.0, 0.03125])
 
@@ -78,3 +83,17 @@ def test_joints_may_come_in_any_order(seed, velocity, delay, order):
     plain = estimates(t, q, v, delay=delay)
     mixed = estimates(t, q[:, order], None if v is None else v[:, order], delay=delay)
     assert_same(mixed, (plain[0], plain[1][:, :, order], plain[2][:, :, order]))
+
+
+@PLAIN
+@given(SEEDS, FLAGS, DELAYS, st.lists(st.integers(0, N - 1), min_size=N, max_size=N))
+def test_joints_may_have_an_estimator_each_or_share_one(seed, velocity, delay, group_of):
+    t, q, v = recorded(seed, velocity)
+    plain = estimates(t, q, v, delay=delay)
+    for group in set(group_of):
+        own = [joint for joint in range(N) if group_of[joint] == group]
+        found = estimates(t, q[:, own], None if v is None else v[:, own], delay=delay)
+        # The first estimates wait for the joint that is mostly noise for longest.
+        n = min(len(found[0]), len(plain[0]))
+        np.testing.assert_allclose(found[0][-n:], plain[0][-n:], atol=1e-9)
+        assert_same(found_of(found, n), found_of(plain, n, own))
