@@ -24,8 +24,12 @@ FLAGS = ['-g0', '-fwrapv', '-DNDEBUG', '-ffp-contract=off', '-fno-math-errno',
          '-fno-trapping-math']
 """Compiled and interpreted core have the same bits: no contraction, no reordering."""
 
-LINK_FLAGS = ['-Wl,-s'] if sys.platform == 'linux' else []
-"""Without symbols, which nobody looks up."""
+LINK_FLAGS = ['-Wl,-s', '-lm'] if sys.platform == 'linux' else ['-lm']
+"""Without symbols, which nobody looks up; with the newest exp and log of the C library, where those
+that no library is named for are the oldest, which are slower."""
+
+SHARED = f'{package_name}.core._shared'
+"""Module in which Cython keeps, once, what all others need of it; since its version 3.2."""
 
 
 class BuildCore(build_ext):
@@ -49,9 +53,10 @@ class BuildCore(build_ext):
     def translate(self) -> None:
         """Let the sources of the modules be C."""
         from Cython.Build import cythonize
+        options = {'shared_utility_qualified_name': SHARED} if cython_shares() else {}
         translated = cythonize([Extension(e.name, e.sources) for e in self.extensions],
                                build_dir=self.build_temp, quiet=True, nthreads=self.parallel,
-                               compiler_directives={'language_level': 3})
+                               compiler_directives={'language_level': 3}, **options)
         for extension, made in zip(self.extensions, translated):
             extension.sources = made.sources
 
@@ -69,8 +74,9 @@ class BuildPackage(build_py):
     def run(self) -> None:
         """Remove what has no text of its name in the package any more."""
         for path in Path(self.build_lib, package_name).rglob('*.*'):
-            text = path.relative_to(self.build_lib).parent / f'{path.name.partition(".")[0]}.py'
-            if path.is_file() and not Path(text).exists():
+            name = path.name.partition('.')[0]
+            text = path.relative_to(self.build_lib).parent / f'{name}.py'
+            if path.is_file() and not Path(text).exists() and not SHARED.endswith(f'.{name}'):
                 path.unlink()
         super().run()
 
@@ -93,13 +99,27 @@ def core_modules() -> list[Extension]:
     """Return the modules to compile; see screw_kinematics/core/__init__.py."""
     if os.environ.get('SCREW_KINEMATICS_INTERPRETED'):
         return []
+    modules = [module(path[:-len('.pxd')].replace('/', '.'), [path[:-len('.pxd')] + '.py'])
+               for path in found(f'{package_name}/*/*.pxd')]
+    return [module(SHARED, []), *modules] if cython_shares() else modules
+
+
+def cython_shares() -> bool:
+    """Return whether Cython keeps what all modules need in one of them."""
+    try:
+        from Cython import __version__
+    except ImportError:
+        return False
+    return tuple(map(int, __version__.split('.')[:2])) >= (3, 2)
+
+
+def module(name: str, sources: list[str]) -> Extension:
+    """Return a module to compile: loops are to be fast; decisions, which have none, small."""
     # Further flags, such as a sanitizer's, whose library is then loaded before the program.
     flags = os.environ.get('SCREW_KINEMATICS_FLAGS', '').split()
-    return [Extension(path[:-len('.pxd')].replace('/', '.'), [path[:-len('.pxd')] + '.py'],
-                      # Loops are to be fast; decisions, which have none, to be small.
-                      extra_compile_args=['-O3' if '/core/' in path else '-Os', *FLAGS, *flags],
-                      extra_link_args=LINK_FLAGS)
-            for path in found(f'{package_name}/*/*.pxd')]
+    fast = '.core.' in name and name != SHARED
+    return Extension(name, sources, extra_link_args=LINK_FLAGS,
+                     extra_compile_args=['-O3' if fast else '-Os', *FLAGS, *flags])
 
 
 def found(pattern: str) -> list[str]:

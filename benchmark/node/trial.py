@@ -81,6 +81,8 @@ class Trial:
             domain = stack.enter_context(domain_coordinator.domain_id())
             os.environ.update(
                 {'ROS_DOMAIN_ID': str(domain), 'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST'})
+            # What is installed has its bytecode, so a checkout shall have it too.
+            os.environ.pop('PYTHONDONTWRITEBYTECODE', None)
             # Of the driver alone: contenders have their own settings, or none.
             for variable in fast_dds.FAST_DDS_3.variables:
                 os.environ.pop(variable, None)

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from functools import partial
+from time import monotonic
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
@@ -26,6 +27,8 @@ from .worker import Worker
 from ..errors import ParameterError, ScrewKinematicsError
 
 HOUSEKEEPING_PERIOD = 0.1
+AWAITING_PERIOD, STARTING = 0.01, 2.0
+"""Period [s] while work is under way, and in the first seconds, when listeners are found."""
 
 HOW_TO_CONFIGURE = (
     'names of robots, and a description for each, for example: --ros-args -p robots:=[arm] '
@@ -83,7 +86,8 @@ class KinematicStatePublisher(LifecycleNode):
         self._jumps = self.get_clock().create_jump_callback(
             JumpThreshold(min_forward=None, min_backward=Duration(nanoseconds=-1)),
             post_callback=self._clock_jumped)
-        self.create_timer(HOUSEKEEPING_PERIOD, self._keep_house, clock=self._steady)
+        self._started = monotonic()
+        self._house = self.create_timer(AWAITING_PERIOD, self._keep_house, clock=self._steady)
         self._report_timer = self.create_timer(1.0, self._publish_diagnostics, clock=self._steady)
         self._set_report_rate(settings.diagnostics_rate)
         self.add_on_set_parameters_callback(self._check_parameters)
@@ -231,6 +235,15 @@ class KinematicStatePublisher(LifecycleNode):
         if any([each.look() for each in self.inputs.values()]):
             self._see_parameters()
         self._diagnostics.log_news(self.inputs, self.robots.values())
+        self._pace_housekeeping()
+
+    def _pace_housekeeping(self) -> None:
+        """Look more often while something is awaited."""
+        awaiting = self._worker.pending or monotonic() - self._started < STARTING
+        period_ns = round(1e9 * (AWAITING_PERIOD if awaiting else HOUSEKEEPING_PERIOD))
+        if self._house.timer_period_ns != period_ns:
+            self._house.timer_period_ns = period_ns
+            self._house.reset()
 
     def _publish_diagnostics(self) -> None:
         self._report.publish(self.report())
