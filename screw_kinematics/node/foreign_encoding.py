@@ -5,13 +5,11 @@ from __future__ import annotations
 
 from typing import Any
 
-from geometry_msgs.msg import WrenchStamped
 from rclpy.serialization import deserialize_message, serialize_message
 from sensor_msgs.msg import JointState
 
 from ..errors import MalformedMessageError
 from ..messages.joint_state import JointSample
-from ..messages.wrench import WrenchSample
 
 
 def read_by_middleware(data: bytes) -> JointSample:
@@ -20,14 +18,6 @@ def read_by_middleware(data: bytes) -> JointSample:
     stamp = message.header.stamp
     return JointSample(stamp.sec * 10**9 + stamp.nanosec, tuple(message.name),
                        tuple(message.position), tuple(message.velocity))
-
-
-def wrench_by_middleware(data: bytes) -> WrenchSample:
-    """Return the wrench in a serialized message, likewise."""
-    message = _deserialized(data, WrenchStamped)
-    stamp, force, torque = message.header.stamp, message.wrench.force, message.wrench.torque
-    return WrenchSample(stamp.sec * 10**9 + stamp.nanosec, message.header.frame_id,
-                        (force.x, force.y, force.z, torque.x, torque.y, torque.z))
 
 
 def as_plain(data: bytes, kind: Any) -> bytes:

@@ -16,7 +16,7 @@ from rclpy.qos_overriding_options import QoSOverridingOptions
 from rclpy.validate_topic_name import validate_topic_name
 from sensor_msgs.msg import JointState
 
-from .foreign_encoding import as_plain, read_by_middleware, wrench_by_middleware
+from .foreign_encoding import as_plain, read_by_middleware
 from .publishers import message_type
 from .robot import Robot
 from ..errors import MalformedMessageError, ParameterError, Reason
@@ -205,7 +205,7 @@ class WrenchInput(TopicInput[WrenchSample]):
             robot.wants_wrench(tip) for robot, tip in self._tips) else None
 
     def _read(self, data: bytes) -> WrenchSample:
-        return read_wrench(data, wrench_by_middleware)
+        return read_wrench(as_plain(data, WrenchStamped))
 
     def _hand_on(self, sample: WrenchSample) -> None:
         for robot, tip in self._tips:

@@ -3,7 +3,6 @@
 """The motion of a base over a whole recording, smoothed with past and future in view."""
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -11,9 +10,10 @@ import numpy as np
 from .blocks import cut
 from .joint_table import JointTable
 from .recording import full_name, Recording, Sample
+from .side_topic import samples_on
 from .smoothing import Smoother
 from ..errors import MalformedMessageError, Reason, ToolError
-from ..messages.base_motion import BaseSample, READERS
+from ..messages.base_motion import READERS
 from ..messages.joint_state import JointSample
 from ..pipeline.account import Account
 from ..pipeline.joint_groups import JointGroups
@@ -98,21 +98,20 @@ def recorded_base(recording: Recording | JointTable, settings: RobotSettings, mo
 
     """
     topic = full_name(namespace, settings.base_motion_topic)
-    if isinstance(recording, JointTable):
-        raise ToolError(f'{recording.path}: a table has no topic {topic}; allowed: a bag')
     account, watch = Account(), OdometryWatch()
     frames = BaseFrames.of(model, settings.frame_prefix)
     twists: list[Sample] = []
     poses: list[tuple[int, Any]] = []
     world = ''
-    for received, sample in _samples(recording, topic):
-        refused = (Reason.MALFORMED, str(sample)) if isinstance(sample, MalformedMessageError) \
-            else frames.refusal(sample)
-        if refused is not None or isinstance(sample, MalformedMessageError):
-            assert refused is not None
+    for received, sample in samples_on(recording, topic, READERS, 'motion of a base'):
+        if isinstance(sample, MalformedMessageError):
+            account.close(Reason.MALFORMED, str(sample))
+            continue
+        refused = frames.refusal(sample)
+        if refused is not None:
             account.close(*refused)
             continue
-        stamp = sample.stamp_ns or received
+        stamp = sample.stamp_ns
         world = world or frames.world_of(sample)
         if frames.world_of(sample) != world:
             account.close(Reason.BASE_FRAME, f'frame_id is {sample.world!r}; allowed: {world!r}')
@@ -141,21 +140,6 @@ def recorded_base(recording: Recording | JointTable, settings: RobotSettings, mo
         [*watch.findings(), *(
             f'{count} messages of the base refused, {reason}: {account.details.get(reason, "")}'
             for reason, count in account.refused.items() if count)])
-
-
-def _samples(recording: Recording, topic: str,
-             ) -> Iterator[tuple[int, BaseSample | MalformedMessageError]]:
-    some = False
-    for message in recording.messages(set(READERS), {topic}):
-        some = True
-        try:
-            yield message.received, READERS[message.kind](message.data)
-        except MalformedMessageError as error:
-            yield message.received, error
-    if not some:
-        there = sorted({c.topic for c in recording.connections if c.kind in READERS})
-        raise ToolError(f'{recording.path}: no motion of a base on {topic}; topics of type '
-                        f'{", ".join(READERS)}: {", ".join(there) or "none"}')
 
 
 def _smoother(settings: MotionSettings) -> Smoother:

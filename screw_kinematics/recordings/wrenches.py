@@ -8,6 +8,7 @@ from typing import Any
 
 from .joint_table import JointTable
 from .recording import Recording
+from .side_topic import samples_on
 from ..errors import MalformedMessageError, Reason, ToolError
 from ..messages.wrench import read_wrench, TYPE, WrenchSample
 from ..pipeline.settings import RobotSettings
@@ -15,33 +16,10 @@ from ..pipeline.wrench_sensor import WrenchSensor
 
 
 def recorded_wrenches(recording: Recording | JointTable, topic: str,
-                      ) -> Iterator[WrenchSample | Reason]:
-    """
-    Yield the messages of a topic; for those that cannot be read, why.
-
-    Messages with stamp zero are taken to be of the moment they arrived.
-
-    Raises
-    ------
-    ToolError
-        There is none.
-
-    """
-    if isinstance(recording, JointTable):
-        raise ToolError(f'{recording.path}: a table has no topic {topic}; allowed: a bag')
-    some = False
-    for message in recording.messages({TYPE}, {topic}):
-        some = True
-        try:
-            sample = read_wrench(message.data)
-        except MalformedMessageError:
-            yield Reason.MALFORMED
-            continue
-        yield sample if sample.stamp_ns else sample._replace(stamp_ns=message.received)
-    if not some:
-        there = sorted({c.topic for c in recording.connections if c.kind == TYPE})
-        raise ToolError(f'{recording.path}: no wrenches on {topic}; topics of type {TYPE}: '
-                        f'{", ".join(there) or "none"}')
+                      ) -> Iterator[WrenchSample | MalformedMessageError]:
+    """Yield the wrenches on a topic, as :func:`.samples_on`."""
+    for _, sample in samples_on(recording, topic, {TYPE: read_wrench}, 'wrenches'):
+        yield sample
 
 
 def recorded_sensor(recording: Recording | JointTable, settings: RobotSettings, model: Any,
@@ -58,8 +36,8 @@ def recorded_sensor(recording: Recording | JointTable, settings: RobotSettings, 
     sensor = WrenchSensor(settings, kept=True)
     sensor.mount(model)
     for sample in recorded_wrenches(recording, topic):
-        if isinstance(sample, Reason):
-            sensor.account.close(sample)
+        if isinstance(sample, MalformedMessageError):
+            sensor.account.close(Reason.MALFORMED, str(sample))
         else:
             sensor.take(sample)
     if sensor.pose is None:

@@ -163,9 +163,7 @@ def _against(arguments: argparse.Namespace) -> Iterator[Finding]:
 
 def _settings(arguments: argparse.Namespace) -> list[RobotSettings]:
     if arguments.params_file is not None:
-        return [part for robot in read_robots(arguments.params_file,
-                                              namespace=arguments.namespace)
-                for part in robot.parts]
+        return read_robots(arguments.params_file, namespace=arguments.namespace)
     return [robot_settings('robot', {
         'description': arguments.robot or '', 'base_frame': arguments.base or '',
         'tip_frame': arguments.tip or '', 'joint_states_topic': arguments.topic})]

@@ -20,7 +20,7 @@ from .picture import draw_payload
 from .. import console, live_recording, robot_options
 from ..check.findings import Finding, has_problem, REMARK
 from ..plot.histories import check_ending, ENDINGS
-from ...errors import ModelError, ParameterError, Reason, ToolError
+from ...errors import MalformedMessageError, ModelError, ParameterError, ToolError
 from ...messages.wrench import TYPE
 from ...pipeline.parameter_file import read_robots, robot_settings
 from ...pipeline.setting import numbers
@@ -121,7 +121,8 @@ def _robot(arguments: argparse.Namespace) -> RobotSettings:
 def _wrenches(recording: Recording, topic: str) -> tuple[str, Array, Array]:
     """Return the frame, stamps that increase, and values of a force sensor."""
     samples = [sample for sample in recorded_wrenches(recording, topic)
-               if not isinstance(sample, Reason) and np.isfinite(sample.values).all()]
+               if not isinstance(sample, MalformedMessageError)
+               and np.isfinite(sample.values).all()]
     if not samples:
         raise ToolError(f'{recording.path}: {topic}: no wrench is of finite numbers')
     frames = sorted({sample.frame_id for sample in samples})

@@ -1,0 +1,58 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What was recorded on one topic beside the joint states."""
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from typing import TypeVar
+
+from .joint_table import JointTable
+from .recording import Recording
+from ..errors import MalformedMessageError, ToolError
+from ..messages.base_motion import BaseSample
+from ..messages.wrench import WrenchSample
+
+Content = TypeVar('Content', BaseSample, WrenchSample)
+
+
+def samples_on(recording: Recording | JointTable, topic: str,
+               readers: Mapping[str, Callable[[bytes], Content]], what: str,
+               ) -> Iterator[tuple[int, Content | MalformedMessageError]]:
+    """
+    Yield when each message of a topic came [ns], and what it says, or why it cannot be read.
+
+    Messages with stamp zero are taken to be of the moment they arrived.
+
+    Parameters
+    ----------
+    recording : Recording or JointTable
+        A table has no other topics.
+    topic : str
+        Its full name.
+    readers : mapping from str to callable
+        What reads messages, by their type.
+    what : str
+        What they are, for errors.
+
+    Raises
+    ------
+    ToolError
+        There is none.
+
+    """
+    if isinstance(recording, JointTable):
+        raise ToolError(f'{recording.path}: a table has no topic {topic}; allowed: a bag')
+    some = False
+    for message in recording.messages(set(readers), {topic}):
+        some = True
+        try:
+            sample = readers[message.kind](message.data)
+        except MalformedMessageError as error:
+            yield message.received, error
+            continue
+        yield message.received, (
+            sample if sample.stamp_ns else sample._replace(stamp_ns=message.received))
+    if not some:
+        there = sorted({c.topic for c in recording.connections if c.kind in readers})
+        raise ToolError(f'{recording.path}: no {what} on {topic}; topics of type '
+                        f'{", ".join(readers)}: {", ".join(there) or "none"}')
