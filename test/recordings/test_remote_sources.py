@@ -24,6 +24,17 @@ print(server.get_host_and_port()[1], flush=True)
 sys.stdin.read()
 """
 
+GS_SERVER = """
+import socket
+import sys
+from gcp_storage_emulator.server import create_server
+with socket.create_server(('127.0.0.1', 0)) as free:
+    port = free.getsockname()[1]
+create_server('127.0.0.1', port, in_memory=True, default_bucket='lab').start()
+print(port, flush=True)
+sys.stdin.read()
+"""
+
 SSH_SERVER = """
 import asyncio
 import sys
@@ -90,6 +101,21 @@ def bucket(lab):
 
 
 @pytest.fixture(scope='module')
+def google_bucket(lab):
+    """Serve the folder as gs://lab/day; yield that."""
+    pytest.importorskip('gcp_storage_emulator')
+    with serving(GS_SERVER) as port, pytest.MonkeyPatch.context() as patch:
+        patch.setenv('STORAGE_EMULATOR_HOST', f'http://127.0.0.1:{port}')
+        patch.setenv('GCSFS_EXPERIMENTAL_ZB_HNS_SUPPORT', 'false')      # asks Google itself
+        gcsfs = pytest.importorskip('gcsfs')
+        files = gcsfs.GCSFileSystem(token='anon')
+        for file in lab.rglob('*.*'):
+            files.pipe_file(f'lab/day/{file.relative_to(lab)}', file.read_bytes())
+        yield 'gs://lab/day'
+    gcsfs.GCSFileSystem.clear_instance_cache()
+
+
+@pytest.fixture(scope='module')
 def host(lab):
     """Serve the folder over ssh; yield its URL."""
     pytest.importorskip('asyncssh')
@@ -116,6 +142,14 @@ def check_states(place, lab, folder, processes):
 @pytest.mark.parametrize('processes', ['1', '2'])
 def test_an_object_store(bucket, lab, tmp_path, processes):
     check_states(bucket, lab, tmp_path, processes)
+
+
+def test_another_object_store(google_bucket, lab, tmp_path, capsys):
+    check_states(google_bucket, lab, tmp_path, '2')
+    assert run(google_bucket, tmp_path / 'there', '--processes', '1') == 0
+    assert '2 of 2 recordings are done and unchanged' in capsys.readouterr().out
+    assert 'gs://no-bucket/day: ' in failure('gs://no-bucket/day', tmp_path, capsys)
+    assert 'gs://lab/night.mcap: ' in failure('gs://lab/night.mcap', tmp_path, capsys)
 
 
 def test_what_has_changed_in_an_object_store_is_done_again(bucket, lab, tmp_path, capsys):
