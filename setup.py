@@ -25,8 +25,8 @@ FLAGS = ['-g0', '-fwrapv', '-DNDEBUG', '-ffp-contract=off', '-fno-math-errno',
 """Compiled and interpreted core have the same bits: no contraction, no reordering."""
 
 LINK_FLAGS = ['-Wl,-s', '-lm'] if sys.platform == 'linux' else ['-lm']
-"""Without symbols, which nobody looks up; with the newest exp and log of the C library, where those
-that no library is named for are the oldest, which are slower."""
+"""Without symbols, which nobody looks up; with the newest exp and log of the C library: where no
+library is named they are the oldest, which are slower."""
 
 SHARED = f'{package_name}.core._shared'
 """Module in which Cython keeps, once, what all others need of it; since its version 3.2."""

@@ -9,7 +9,9 @@ from typing import Any
 import numpy as np
 
 from .states import RecordedRobot, StateBlock
+from ..chains.freedom import freedom_of
 from ..chains.serial_chain import SerialChain
+from ..programs.program import Program
 from ..screws.se3 import Array
 
 EDGES = np.logspace(-5, 4, 361)
@@ -107,10 +109,11 @@ class Summarizer:
         self._stopping = False
         self._stride, self._stretch = 1, 0.02
         self._passed = 0
-        self._jacobian = robot.model.compile(('jacobian',)) if isinstance(
-            robot.model, SerialChain) else None
-        self._size, self._rank = _size_and_rank(robot.model) if self._jacobian else (1.0, 0)
-        if self._jacobian is None:
+        self._jacobian: Program | None = None
+        if isinstance(robot.model, SerialChain):
+            self._jacobian = robot.model.compile(('jacobian',))
+            self._freedom = freedom_of(robot.model)
+        else:
             self.summary.near_singular = float('nan')
 
     def add(self, block: StateBlock) -> None:
@@ -184,9 +187,9 @@ class Summarizer:
         if looks:
             rows = self._jacobian.batch(position[looks])['jacobian']
             jacobians = rows.reshape(len(looks), 6, -1).copy()
-            jacobians[:, 3:] /= self._size
+            jacobians[:, 3:] /= self._freedom.size
             values = np.linalg.svd(jacobians, compute_uv=False)
-            near = values[:, self._rank - 1] < NEAR_SINGULAR * values[:, 0]
+            near = values[:, self._freedom.rank - 1] < NEAR_SINGULAR * values[:, 0]
             each = max(_SINGULAR_PERIOD * 1e-9, period)
             self.summary.near_singular += float(near.sum()) * each
 
@@ -194,12 +197,3 @@ class Summarizer:
 def class_of(values: Array) -> Array:
     """Return the class of each value; those beyond the bounds are of the first or the last."""
     return np.clip(np.searchsorted(EDGES, values, side='right') - 1, 0, CLASSES - 1)
-
-
-def _size_and_rank(chain: SerialChain) -> tuple[float, int]:
-    """Return the size of an arm [m], and in how many directions its tip moves."""
-    postures = np.random.default_rng(0).uniform(-1.0, 1.0, (20, chain.dof))
-    jacobians = np.array([chain.jacobian(q) for q in postures])
-    size = max(float(np.abs(jacobians[:, 3:]).max()), 1e-9)
-    jacobians[:, 3:] /= size
-    return size, int(max(np.linalg.matrix_rank(j, tol=1e-9) for j in jacobians))

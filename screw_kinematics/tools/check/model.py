@@ -6,13 +6,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-import numpy as np
-
 from .findings import FACT, Finding, REMARK
+from ...chains.freedom import freedom_of
 from ...chains.serial_chain import SerialChain
 from ...parallel import ParallelProgram
-
-_POSTURES = 20
 
 
 def report_model(robot: Any) -> Iterator[Finding]:
@@ -54,17 +51,9 @@ def report_model(robot: Any) -> Iterator[Finding]:
 
 def _report_freedom(robot: SerialChain) -> Iterator[Finding]:
     """Say in how many directions the tip moves, and which joints do not move it."""
-    rng = np.random.default_rng(0)
-    postures = rng.uniform(-1.0, 1.0, (_POSTURES, robot.dof))
-    jacobians = np.array([robot.jacobian(q).T for q in postures])
-    # Lengths by the size of the arm, so that rad and m can be compared.
-    size = max(float(np.abs(jacobians[..., 3:]).max()), 1e-9)
-    jacobians[..., 3:] /= size
-    rank = int(max(np.linalg.matrix_rank(j, tol=1e-9) for j in jacobians))
-    spare = robot.dof - rank
-    yield Finding(FACT, f'{robot.tip_frame} moves in {rank} of 6 directions'
+    found = freedom_of(robot)
+    spare = robot.dof - found.rank
+    yield Finding(FACT, f'{robot.tip_frame} moves in {found.rank} of 6 directions'
                         + (f'; {spare} joint(s) to spare' if spare else ''))
-    idle = [name for i, name in enumerate(robot.joint_names)
-            if not np.abs(jacobians[:, i]).max() > 1e-12]
-    if idle:
-        yield Finding(REMARK, f'{", ".join(idle)}: moves nothing')
+    if found.idle:
+        yield Finding(REMARK, f'{", ".join(found.idle)}: moves nothing')
