@@ -7,18 +7,14 @@ Ends with code 0 if every message was accounted for, every output was right, and
 of the node did not grow.
 """
 import argparse
-import json
-import os
 from pathlib import Path
 import sys
-import tempfile
 
-import domain_coordinator
-from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.table import Table
 
 from .faults import FAULTS
+from .printing import conclude, console, look_for_tracebacks, own_domain, write
 from .rig import Rig
 from .soak import Result, Soak
 
@@ -41,45 +37,26 @@ def main() -> int:
                         help='file for all figures, brought up to date after each fault')
     options = parser.parse_args()
     names = [name for name in FAULTS if any(text in name for text in options.only)]
-    console = Console()
-    if not console.is_terminal:
-        console.width = 150
+    screen = console()
     seconds = options.minutes * 60
-    with domain_coordinator.domain_id() as domain, tempfile.TemporaryDirectory() as directory:
-        os.environ.update(
-            ROS_DOMAIN_ID=str(domain), ROS_AUTOMATIC_DISCOVERY_RANGE='LOCALHOST')
+    with own_domain() as directory:
         with Progress(TextColumn('{task.description:36}'), BarColumn(), TimeElapsedColumn(),
-                      TimeRemainingColumn(), console=console, refresh_per_second=1) as progress:
+                      TimeRemainingColumn(), console=screen, refresh_per_second=1) as progress:
             task = progress.add_task('', total=seconds)
 
             def tell(text: str) -> None:
                 elapsed = progress.tasks[0].elapsed or 0.0
                 progress.update(task, description=text, completed=elapsed)
-                if not console.is_terminal:
+                if not screen.is_terminal:
                     print(f'{elapsed:7.1f} s  {text}', flush=True)
                 if options.json:
                     write(soak.result, options.json)
 
-            rig = Rig(Path(directory), options.rate, options.seed, options.relay)
+            rig = Rig(directory, options.rate, options.seed, options.relay)
             soak = Soak(rig, options.seed, options.calm, tell)
             result = soak.run(seconds, names)
-        logs = Path(directory, 'node.log').read_text(errors='replace')
-        if 'Traceback' in logs:
-            result.failures.append(f'the node printed a traceback:\n{logs[-3000:]}')
-    for table in tables(result):
-        console.print(table)
-    for failure in result.failures:
-        console.print(failure, markup=False)
-    console.print('passed' if result.passed else 'FAILED')
-    if options.json:
-        write(result, options.json)
-    return 0 if result.passed else 1
-
-
-def write(result: Result, file: Path) -> None:
-    """Write all figures so far."""
-    file.write_text(json.dumps(
-        vars(result) | {'passed': result.passed}, indent=1, default=vars))
+        look_for_tracebacks(result, directory, 'node')
+    return conclude(screen, result, tables(result), options.json)
 
 
 def tables(result: Result) -> list[Table]:

@@ -1,14 +1,14 @@
 # Copyright screw_kinematics contributors
 # SPDX-License-Identifier: Apache-2.0
 """Every output of a topic, checked against what is true at its stamp."""
-from dataclasses import dataclass, field
-import time
+from dataclasses import dataclass
 
 import numpy as np
 
 from .robots import BASES, RIVAL_NS, SAMPLES, SoakRobot, TICK_NS
 from .shared import Progress, RING
 from .tail import Runs
+from .tally import Collector, decode, Latencies, Tally as CommonTally
 
 EXACT = 1e-9
 """Greatest error of what follows from one sample [rad/s, m/s]."""
@@ -19,39 +19,32 @@ ESTIMATED = {'twist': 1e-3, 'accel': 0.05}
 STAMP_NS = 100_000
 """How far from a sample's stamp an output's may be."""
 
-BINS = np.logspace(-5, 2, 1401)
-"""Of latencies [s]."""
-
 
 @dataclass
-class Tally:
+class Tally(CommonTally):
     """
     What was found about the outputs of a topic.
 
     Attributes
     ----------
-    received : int
     exact, estimated : int
         How many were compared with the truth, by either bound.
     unsettled : int
         Estimates within or soon after a fault, not compared.
-    not_finite, wrong, too_far : int
-        How many failed: not a number, not the sample's, estimate too far from the truth.
+    wrong, too_far : int
+        How many failed: not the sample's, an estimate too far from the truth.
     worst_exact, worst_estimate : float
         Greatest error of either.
 
     """
 
-    received: int = 0
     exact: int = 0
     estimated: int = 0
     unsettled: int = 0
-    not_finite: int = 0
     wrong: int = 0
     too_far: int = 0
     worst_exact: float = 0.0
     worst_estimate: float = 0.0
-    examples: list[str] = field(default_factory=list)
 
     @property
     def failures(self) -> int:
@@ -83,7 +76,7 @@ class Permitted:
     killed_at: list[int] | None = None
 
 
-class TopicCheck:
+class TopicCheck(Collector):
     """
     Collects the messages of a topic and checks them in batches.
 
@@ -102,11 +95,12 @@ class TopicCheck:
 
     def __init__(self, number: int, robot: SoakRobot, output: str, progress: Progress,
                  step: int = 1) -> None:
+        super().__init__()
         self.tally = Tally()
         self.step = step
         self.runs = Runs(step)      # of samples, since the books were closed
-        self.latencies = np.zeros(len(BINS) - 1, int)     # of settled outputs
-        self.worst_latency = self.worst_in_faults = 0.0
+        self.latencies = Latencies()        # of settled outputs
+        self.worst_in_faults = 0.0
         self.last_base = 0
         self._number, self._robot, self._output = number, robot, output
         self._exact = output in robot.exact
@@ -118,25 +112,17 @@ class TopicCheck:
         # Angular and linear parts have their own size.
         self._size = np.sqrt((self._truth[0].reshape(-1, 2, 3)**2).sum(2).mean(0)).repeat(3)
         self._numbers, self._times = progress.numbers, progress.times(number)
-        self._batch: list[bytes] = []
-        self._arrivals: list[int] = []
-
-    def take(self, data: bytes) -> None:
-        """Collect a message."""
-        self._arrivals.append(time.monotonic_ns())
-        self._batch.append(data)
 
     def check(self, permitted: Permitted) -> None:
         """Check what was collected."""
-        batch, arrivals = self._batch, self._arrivals
+        batch, arrivals = self.taken()
         if not batch:
             return
-        self._batch, self._arrivals = [], []
         tally = self.tally
         tally.received += len(batch)
-        stamps, bases, values = decode(batch)
+        stamps, bases, values, _ = decode(batch)
         finite = np.isfinite(values).all(1)
-        self._note(tally, 'not_finite', ~finite, stamps, values)
+        self._note('not_finite', ~finite, stamps, values)
         ticks = np.rint(stamps / TICK_NS).astype(int)
         self.runs.take(ticks + self._robot.delay_ticks)
         base = np.array([BASES.index(b) if b in BASES else 0 for b in bases])
@@ -151,7 +137,7 @@ class TopicCheck:
         else:
             self._check_estimates(stamps, ticks, values, settled)
         if not permitted.unstamped:
-            self._time(ticks, np.array(arrivals), settled)
+            self._time(ticks, arrivals, settled)
 
     def _check_exact(self, stamps: np.ndarray, ticks: np.ndarray, base: np.ndarray,
                      values: np.ndarray, permitted: Permitted) -> None:
@@ -170,7 +156,7 @@ class TopicCheck:
             error = np.minimum(error, errors(self._truth[base, 0], None))
         tally = self.tally
         tally.exact += len(error)
-        self._note(tally, 'wrong', error > EXACT, stamps, values)
+        self._note('wrong', error > EXACT, stamps, values)
         right = error[error <= EXACT]
         tally.worst_exact = max(tally.worst_exact, right.max(initial=0.0))
 
@@ -182,7 +168,7 @@ class TopicCheck:
         error = (np.abs(values - self._truth[0, ticks % SAMPLES])
                  / np.where(self._size > 0, self._size, 1.0)).max(1)
         error = np.where(np.isfinite(error) & settled, error, 0.0)
-        self._note(tally, 'too_far', error > ESTIMATED[self._output], stamps, values)
+        self._note('too_far', error > ESTIMATED[self._output], stamps, values)
         tally.worst_estimate = max(tally.worst_estimate, error.max(initial=0.0))
 
     def _time(self, ticks: np.ndarray, arrivals: np.ndarray, settled: np.ndarray) -> None:
@@ -193,31 +179,9 @@ class TopicCheck:
         known = latency < RING * TICK_NS * 1e-9
         latency, settled = latency[known], settled[known]
         self.worst_in_faults = max(self.worst_in_faults, latency.max(initial=0.0))
-        latency = latency[settled]
-        self.latencies += np.histogram(latency.clip(BINS[0], BINS[-1]), BINS)[0]
-        self.worst_latency = max(self.worst_latency, latency.max(initial=0.0))
+        self.latencies.add(latency[settled])
 
-    def _note(self, tally: Tally, what: str, bad: np.ndarray, stamps: np.ndarray,
-              values: np.ndarray) -> None:
-        if bad.any():
-            setattr(tally, what, getattr(tally, what) + int(bad.sum()))
-            if len(tally.examples) < 5:
-                i = int(np.argmax(bad))
-                tally.examples.append(f'{self._robot.name}/{self._output} {what}: '
-                                      f'stamp {stamps[i]}, {values[i].tolist()}')
-
-
-def decode(batch: list[bytes]) -> tuple[np.ndarray, list[bytes], np.ndarray]:
-    """
-    Return stamps [ns], base frames, and values, angular part first, of serialized messages.
-
-    Serialized by the rules of CDR, version 1: TwistStamped or AccelStamped, whose frame names
-    are all of the same length.
-    """
-    length = int.from_bytes(batch[0][12:16], 'little')
-    pad = -(12 + length) % 8
-    fields = np.dtype([('head', 'V4'), ('sec', '<i4'), ('nanosec', '<u4'), ('count', '<u4'),
-                       ('frame', f'S{length}'), ('pad', f'V{pad}'), ('values', '<f8', 6)])
-    messages = np.frombuffer(b''.join(batch), fields)
-    stamps = messages['sec'].astype(np.int64) * 1_000_000_000 + messages['nanosec']
-    return stamps, messages['frame'].tolist(), messages['values'][:, [3, 4, 5, 0, 1, 2]]
+    def _note(self, what: str, bad: np.ndarray, stamps: np.ndarray, values: np.ndarray) -> None:
+        i = int(np.argmax(bad))
+        self.tally.note(what, bad, f'{self._robot.name}/{self._output} {what}: '
+                        f'stamp {stamps[i]}, {values[i].tolist()}')

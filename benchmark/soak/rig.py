@@ -1,42 +1,27 @@
 # Copyright screw_kinematics contributors
 # SPDX-License-Identifier: Apache-2.0
 """The processes of a soak: the node, the source, a subscriber; and the listening side."""
-import json
-import os
 from pathlib import Path
-import signal
 import subprocess
 import sys
 import time
 from typing import Any
 
-from builtin_interfaces.msg import Time
-from diagnostic_msgs.msg import DiagnosticArray
-import rclpy
-from rclpy.experimental import EventsExecutor
-from rclpy.qos import DurabilityPolicy, QoSProfile
-from std_msgs.msg import String
+from rclpy.qos import QoSProfile
 
 from .books import Account, read
 from .checks import Permitted, TopicCheck
+from .listening import Broken, Listening
 from .memory import Memory
 from .robots import (
     DESCRIPTIONS, INPUT_DEPTH, KINDS, OUTPUT_DEPTH, ROBOTS, SAMPLES, TICK_NS)
 from .shared import Progress
 
-PATIENCE = 120.0
 DEEP = QoSProfile(depth=100_000)
 KEEP = {'history': 'keep_last', 'reliability': 'reliable'}
-NODE = [sys.executable, '-c',
-        'import sys; from screw_kinematics.node.main import main; sys.exit(main())']
-CHECK_PERIOD = 0.25
 
 
-class Broken(RuntimeError):
-    """The soak cannot go on."""
-
-
-class Rig:
+class Rig(Listening):
     """
     Everything that runs, and what it is told.
 
@@ -53,35 +38,24 @@ class Rig:
     """
 
     def __init__(self, directory: Path, rate: int, seed: int, relay: bool = False) -> None:
+        super().__init__('soak', directory)
         self.permitted = Permitted()
         self.memory, self.relay_memory = Memory(), Memory()
-        self._directory, self._rate, self._seed = directory, rate, seed
+        self._rate, self._seed = rate, seed
         self._listening = directory / 'listening'
         self.progress = Progress(directory / 'progress', len(ROBOTS))
         begin = time.time_ns() // TICK_NS // SAMPLES * SAMPLES
         for robot in range(len(ROBOTS)):
             self.progress.numbers[self.progress.tick(robot)] = begin
-        self._context = rclpy.Context()
-        rclpy.init(context=self._context)
-        self._node = rclpy.create_node('soak', context=self._context)
-        self._executor = EventsExecutor(context=self._context)
-        self._executor.add_node(self._node)
         self.checks = {(i, output): TopicCheck(
                 i, robot, output, self.progress, 1_000_000_000 // TICK_NS // rate)
                        for i, robot in enumerate(ROBOTS) for output in robot.outputs}
         for (i, output), check in self.checks.items():
-            self._node.create_subscription(
+            self._here.create_subscription(
                 KINDS[output], f'{ROBOTS[i].name}/{output}', check.take, DEEP, raw=True)
-        self._diagnostics: DiagnosticArray | None = None
-        self._node.create_subscription(DiagnosticArray, '/diagnostics', self._report, 10)
-        self._describe = self._node.create_publisher(String, 'robot_description', QoSProfile(
-            depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL))
         self.describe(DESCRIPTIONS[0])
-        self._logs = {name: open(directory / f'{name}.log', 'ab')
-                      for name in ('node', 'source', 'stalling', 'relay')}
-        self.node = self._start_node()
+        self.start_node(self._parameters())
         self._relay = self._start_module('relay') if relay else None
-        self._next_check = self._next_rss = 0.0
         self.deaf_subscribers = 0
         self.stalling = self._start_subscriber('reliable')
         self._command_number = 0
@@ -89,15 +63,12 @@ class Rig:
 
     # Processes
 
-    def _start(self, name: str, command: list[str]) -> subprocess.Popen:
-        return subprocess.Popen(command, stdin=subprocess.PIPE, stdout=self._logs[name],
-                                stderr=subprocess.STDOUT, env=os.environ)
+    def _start_module(self, name: str, *arguments: object) -> subprocess.Popen[bytes]:
+        return self.start(name, [sys.executable, '-m', f'benchmark.soak.{name}',
+                                 *map(str, arguments)])
 
-    def _start_module(self, name: str, *arguments: object) -> subprocess.Popen:
-        return self._start(name, [sys.executable, '-m', f'benchmark.soak.{name}',
-                                  *map(str, arguments)])
-
-    def _start_node(self) -> subprocess.Popen:
+    @staticmethod
+    def _parameters() -> dict[str, Any]:
         parameters: dict[str, Any] = {
             'robots': [robot.name for robot in ROBOTS], 'diagnostics_rate': 5.0,
             'qos_overrides': {}}
@@ -109,9 +80,7 @@ class Rig:
                     'subscription': KEEP | {'depth': INPUT_DEPTH}}} | {
                 f'/{robot.name}/{output}': {'publisher': KEEP | {'depth': OUTPUT_DEPTH}}
                 for output in robot.outputs}
-        file = self._directory / 'parameters.yaml'
-        file.write_text(json.dumps({'/**': {'ros__parameters': parameters}}))   # JSON is YAML
-        return self._start('node', [*NODE, '--ros-args', '--params-file', str(file)])
+        return parameters
 
     def start_source(self) -> None:
         """
@@ -142,7 +111,7 @@ class Rig:
         of_node = self.report()[1].get('node', {})
         return [int(of_node.get(f'/{robot.name}/joint_states publishers', 0)) for robot in ROBOTS]
 
-    def _start_subscriber(self, reliability: str) -> subprocess.Popen:
+    def _start_subscriber(self, reliability: str) -> subprocess.Popen[bytes]:
         self._listening.unlink(missing_ok=True)
         return self._start_module('stalling', reliability, self._listening)
 
@@ -183,52 +152,14 @@ class Rig:
         """Have the source do something, and wait until it is done."""
         self._command_number += 1
         number = self._command_number
-        assert self.source.stdin is not None
-        self.source.stdin.write((json.dumps([number, name, *arguments]) + '\n').encode())
-        self.source.stdin.flush()
+        self.tell(self.source, name, *arguments)
         self.wait(lambda: self.progress.numbers[0] == number, f'the source to {name}')
-
-    def describe(self, text: str) -> None:
-        """Publish a robot description."""
-        self._describe.publish(String(data=text))
 
     def close(self) -> int:
         """End everything; return the exit code of the node."""
-        for process in (self.source, self.stalling, self._relay):
-            if process is not None:
-                process.kill()
-                process.wait()
-        self.node.send_signal(signal.SIGINT)
-        try:
-            code = self.node.wait(30)
-        except subprocess.TimeoutExpired:
-            self.node.kill()
-            code = self.node.wait()
-        for log in self._logs.values():
-            log.close()
-        self._executor.shutdown()
-        self._node.destroy_node()
-        self._context.try_shutdown()
-        return code
+        return self.end(self.source, self.stalling, *[self._relay] if self._relay else [])
 
     # Listening
-
-    def spin(self, seconds: float) -> None:
-        """Take what arrives, and check it now and then."""
-        end = time.monotonic() + seconds
-        while (now := time.monotonic()) < end:
-            self._executor.spin_once(min(0.02, end - now))
-            if now >= self._next_check:
-                self.check()
-                self._next_check = time.monotonic() + CHECK_PERIOD
-
-    def wait(self, condition: Any, what: str, limit: float = PATIENCE) -> None:
-        """Wait for a condition; raise Broken if it never comes."""
-        end = time.monotonic() + limit
-        while not condition():
-            if time.monotonic() > end:
-                raise Broken(f'waited {limit:g} s in vain for {what}')
-            self.spin(0.05)
 
     def wait_for_progress(self, condition: Any, limit: float) -> None:
         """Wait for a condition, but not longer than this after the last change of a count."""
@@ -247,30 +178,25 @@ class Rig:
         begin = time.time()
 
         def made() -> float:
-            stamp = self._diagnostics.header.stamp if self._diagnostics else Time()
+            stamp = self.diagnostics.header.stamp
             return stamp.sec + stamp.nanosec * 1e-9
 
         self.wait(lambda: made() > begin, 'diagnostics')
 
-    def check(self) -> None:
-        """Check the outputs that have arrived, and look after the node."""
+    def check_outputs(self) -> None:
+        """Check the outputs that have arrived."""
         for check in self.checks.values():
             check.check(self.permitted)
-        if self.node.poll() is not None:
-            raise Broken(f'the node ended with code {self.node.returncode}')
-        now = time.monotonic()
-        if now >= self._next_rss:
-            self.memory.look(self.node.pid)
-            if self._relay is not None:
-                self.relay_memory.look(self._relay.pid)
-            self._next_rss = now + 1.0
 
-    def _report(self, array: DiagnosticArray) -> None:
-        self._diagnostics = array
+    def look(self) -> None:
+        """See how much memory node and relay have; each second."""
+        self.memory.look(self.node.pid)
+        if self._relay is not None:
+            self.relay_memory.look(self._relay.pid)
 
     def report(self) -> tuple[list[Account], dict[str, dict[str, str]]]:
         """Return the latest account of each robot, and all values the node reports."""
-        return read(self._diagnostics or DiagnosticArray())
+        return read(self.diagnostics)
 
     def ticks(self) -> list[int]:
         """Return the next tick of each robot."""

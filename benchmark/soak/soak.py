@@ -12,16 +12,17 @@ from random import Random
 import signal
 import time
 
-import numpy as np
 from screw_kinematics.pipeline.outputs import KINDS
 
 from .books import Account
-from .checks import BINS, Permitted, Tally
+from .checks import Permitted, Tally
 from .faults import BURST, FAULTS
+from .listening import Broken
 from .memory import MAX_SLOPE, Memory, SLOPE_MINUTES
-from .rig import Broken, Rig
+from .rig import Rig
 from .robots import ROBOTS
 from .tail import check_tail
+from .tally import Latencies
 
 SETTLING_TICKS = 1500
 SILENCE = 5.0
@@ -261,13 +262,9 @@ class Soak:
                 result.failures.append(f'{ROBOTS[i].name}/{output}: {tally.failures} wrong')
             if not tally.exact + tally.estimated:
                 result.failures.append(f'{ROBOTS[i].name}/{output}: no output was compared')
-        latencies = sum(check.latencies for check in rig.checks.values())
-        total = np.cumsum(latencies)
-        if total[-1]:
-            result.latency_p50, result.latency_p99 = (
-                float(BINS[1:][np.searchsorted(total, share * total[-1])])
-                for share in (0.5, 0.99))
-        result.latency_worst = max(check.worst_latency for check in rig.checks.values())
+        latencies = Latencies.of(check.latencies for check in rig.checks.values())
+        result.latency_p50, result.latency_p99 = map(latencies.quantile, (0.5, 0.99))
+        result.latency_worst = latencies.worst
         result.latency_worst_in_faults = max(
             check.worst_in_faults for check in rig.checks.values())
         result.memory, result.relay_memory = rig.memory, rig.relay_memory

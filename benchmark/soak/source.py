@@ -4,33 +4,27 @@
 The drivers of all robots, in a process of their own that may be killed at any time.
 
 Run by `benchmark.soak`, with a file of progress, a rate, a seed and the number
-of nodes that listen; takes commands, one JSON
-list on a line: a number, the name of a method of `Source`, and its arguments.
+of nodes that listen. Commands are names of methods of `Source`, and their arguments; in the file
+of progress it counts those that are done.
 """
 from collections import deque
-import json
-import math
 from pathlib import Path
 from random import Random
-import struct
 import sys
-import threading
 import time
+from typing import Any
 
 import rclpy
 from rclpy.qos import QoSProfile
 from sensor_msgs.msg import JointState
 
+from .messages import beginning, commands, MALFORMED as ALL_KINDS, spoilt
 from .robots import INPUT_DEPTH, RIVAL_NS, ROBOTS, SAMPLES, TICK_NS
 from .shared import Progress, RING
 from ..node.robot import message_body
 
 HOUR_TICKS = 3600 * 1_000_000_000 // TICK_NS
-MALFORMED = ('nan', 'infinite', 'short', 'long', 'truncated', 'noise', 'empty', 'unknown',
-             'twice', 'unstamped', 'negative')
-
-_stamp = struct.Struct('<iI').pack
-_HEAD = b'\0\1\0\0'
+MALFORMED = tuple(kind for kind in ALL_KINDS if kind != 'partial')
 
 
 class Source:
@@ -60,7 +54,7 @@ class Source:
         self._rival = ''
         self._held: dict[int, bytes] = {}
 
-    def run(self, commands: deque[list]) -> None:
+    def run(self, commands: deque[list[Any]]) -> None:
         """Publish until the end of the commands."""
         # The clock went on while no source ran.
         begin = time.monotonic() - self._numbers[1] * 1e-9
@@ -71,11 +65,11 @@ class Source:
         due = time.monotonic()
         while True:
             while commands:
-                number, name, *arguments = commands.popleft()
+                name, *arguments = commands.popleft()
                 if name == 'stop':
                     return
                 getattr(self, name)(*arguments)
-                self._numbers[0] = number
+                self._numbers[0] += 1
             now = time.monotonic()
             if self._paused or due > now + 1.0:
                 due = now
@@ -127,7 +121,9 @@ class Source:
         """Publish messages with something wrong in them, good ones between."""
         for _ in range(count):
             self._take_step(robot)
-            self._send(robot, self._bad_message(robot, kind))
+            tick = self._numbers[self._progress.tick(robot)]
+            self._send(robot, spoilt(kind, tick * TICK_NS, ROBOTS[robot].chain.joint_names,
+                                     self._bodies[robot][0], self._random))
 
     # Messages
 
@@ -154,61 +150,22 @@ class Source:
             body = (self._rivals[robot][tick % SAMPLES] if self._rival == 'all'
                     else self._one_joint[robot])
             self._numbers[self._progress.published(robot)] += 1
-            self._publish_rival[robot](_HEAD + _stamp(*divmod(stamp, 1_000_000_000)) + body)
+            self._publish_rival[robot](beginning(stamp) + body)
 
     @staticmethod
     def _message(tick: int, bodies: list[bytes]) -> bytes:
-        return (_HEAD + _stamp(*divmod(tick * TICK_NS, 1_000_000_000)) + bodies[tick % SAMPLES])
+        return beginning(tick * TICK_NS) + bodies[tick % SAMPLES]
 
     def _send(self, robot: int, data: bytes) -> None:
         self._numbers[self._progress.published(robot)] += 1
         self._publish[robot](data)
-
-    def _bad_message(self, robot: int, kind: str) -> bytes:
-        tick = self._numbers[self._progress.tick(robot)]
-        names = list(ROBOTS[robot].chain.joint_names)
-        n, random = len(names), self._random
-        position, velocity = [0.5] * n, [0.0] * n
-        if kind in ('nan', 'infinite'):
-            position[random.randrange(n)] = math.nan if kind == 'nan' else -math.inf
-        elif kind == 'short':
-            position.pop()
-        elif kind == 'long':
-            position.append(0.5)
-        elif kind == 'unknown':
-            names = [f'unknown{random.randrange(10**6)}' for _ in names]
-        elif kind == 'twice':
-            names[0] = names[-1]
-        data = (_HEAD + _stamp(*divmod(tick * TICK_NS, 1_000_000_000))
-                + message_body(names, position, velocity))
-        if kind == 'truncated':
-            # Less would be a whole message: the middleware fills up to four bytes.
-            return data[:random.randrange(4, len(data) - 12)]
-        if kind == 'noise':
-            return _HEAD + random.randbytes(random.randrange(4, 600))
-        if kind == 'empty':
-            return _HEAD + bytes(24)
-        if kind == 'unstamped':
-            return _HEAD + bytes(8) + self._bodies[robot][0]
-        if kind == 'negative':
-            return _HEAD + _stamp(-5, 0) + self._bodies[robot][0]
-        return data
-
-
-def _read_commands(commands: deque[list]) -> None:
-    for line in sys.stdin:
-        commands.append(json.loads(line))
-    commands.append([0, 'stop'])
 
 
 def main() -> None:
     """Run the source of which the arguments tell."""
     file, rate, seed, listeners = sys.argv[1:]
     rclpy.init(args=[])
-    commands: deque[list] = deque()
-    source = Source(Path(file), int(rate), int(seed), int(listeners))
-    threading.Thread(target=_read_commands, args=(commands,), daemon=True).start()
-    source.run(commands)
+    Source(Path(file), int(rate), int(seed), int(listeners)).run(commands())
 
 
 if __name__ == '__main__':

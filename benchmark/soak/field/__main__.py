@@ -10,20 +10,16 @@ states, none had a stamp that no message had, every message was used or refused 
 memory and CPU time stayed what they were, and the node ended well.
 """
 import argparse
-import json
-import os
 from pathlib import Path
 import sys
-import tempfile
 import time
 
-import domain_coordinator
-from rich.console import Console
 from rich.table import Table
 
 from .course import Course, Result
 from .rig import Rig
 from .robots import ROBOTS
+from ..printing import conclude, console, look_for_tracebacks, own_domain
 
 
 def main() -> int:
@@ -37,32 +33,16 @@ def main() -> int:
     parser.add_argument('--seed', type=int, default=1)
     parser.add_argument('--json', type=Path, help='file for all figures')
     options = parser.parse_args()
-    console = Console()
-    if not console.is_terminal:
-        console.width = 150
     begin = time.monotonic()
 
     def tell(text: str) -> None:
         print(f'{time.monotonic() - begin:7.1f} s  {text}', flush=True)
 
-    with domain_coordinator.domain_id() as domain, tempfile.TemporaryDirectory() as directory:
-        os.environ.update(
-            ROS_DOMAIN_ID=str(domain), ROS_AUTOMATIC_DISCOVERY_RANGE='LOCALHOST')
-        course = Course(Rig(Path(directory), options.every), options.seed, tell)
+    with own_domain() as directory:
+        course = Course(Rig(directory, options.every), options.seed, tell)
         result = course.run(options.minutes * 60)
-        for name in ('node', 'drivers'):
-            log = Path(directory, f'{name}.log').read_text(errors='replace')
-            if 'Traceback' in log:
-                result.failures.append(f'{name} printed a traceback:\n{log[-3000:]}')
-    for table in tables(result):
-        console.print(table)
-    for failure in result.failures:
-        console.print(failure, markup=False)
-    console.print('passed' if result.passed else 'FAILED')
-    if options.json:
-        options.json.write_text(json.dumps(
-            vars(result) | {'passed': result.passed}, indent=1, default=vars))
-    return 0 if result.passed else 1
+        look_for_tracebacks(result, directory, 'node', 'drivers')
+    return conclude(console(), result, tables(result), options.json)
 
 
 def tables(result: Result) -> list[Table]:
@@ -81,9 +61,7 @@ def tables(result: Result) -> list[Table]:
                         f'{t.worst:.2f}', *(str(n) for n in (t.beyond, t.strange, t.not_finite)))
     summary = Table('', 'figure')
     for number, stop in enumerate(result.stops, start=1):
-        summary.add_row(f'stop {number} of the node',
-                        f'on time after {stop.caught_up:.2f} s, {stop.lost:,} messages lost, '
-                        f'latency {stop.worst:.2f} s at most')
+        summary.add_row(f'stop {number} of the node', str(stop))
     summary.add_row('latency', ', '.join(
         f'{share} {1e3 * late:.2f} ms' for share, late in result.latency.items()))
     summary.add_row('memory by quarters', ', '.join(f'{m / 1024:.1f}' for m in result.memory)

@@ -1,22 +1,19 @@
 # Copyright screw_kinematics contributors
 # SPDX-License-Identifier: Apache-2.0
 """Every output of a topic, against what was true at its stamp, by the deviation it states."""
-from dataclasses import dataclass, field
-import time
+from dataclasses import dataclass
 
 import numpy as np
 
 from .log import LENGTH, SentLog
 from .robots import BASES, FieldRobot, RATE, SAMPLES
+from ..tally import Collector, decode, Latencies, Tally as CommonTally
 
 FARTHEST = 10.0
 """Most of its own stated deviation that an output may be wrong by."""
 
 FLOOR = 1e-9
 """Rounding, which no deviation states [rad/s, m/s, and per s]."""
-
-BINS = np.logspace(-5, 2, 1401)
-"""Of latencies [s]."""
 
 
 class Sent:
@@ -55,36 +52,30 @@ class Sent:
 
 
 @dataclass
-class Tally:
+class Tally(CommonTally):
     """
     What was found about the outputs of a topic.
 
     Attributes
     ----------
-    received : int
     judged : int
         How many state a deviation; the others say that they know none.
     strange : int
         How many have a stamp that no message had.
-    not_finite : int
     beyond : int
         How many are wrong by more than ten times the deviation that they state.
     worst : float
         The greatest error in such deviations.
     usual : float
         The mean square of that, whose root ought to be 1 or less.
-    examples : list of str
 
     """
 
-    received: int = 0
     judged: int = 0
     strange: int = 0
-    not_finite: int = 0
     beyond: int = 0
     worst: float = 0.0
     squares: float = 0.0
-    examples: list[str] = field(default_factory=list)
 
     @property
     def usual(self) -> float:
@@ -97,7 +88,7 @@ class Tally:
         return self.strange + self.not_finite + self.beyond
 
 
-class TopicCheck:
+class TopicCheck(Collector):
     """
     Collects the messages of a topic and checks them in batches.
 
@@ -111,40 +102,31 @@ class TopicCheck:
     """
 
     def __init__(self, robot: FieldRobot, output: str, sent: Sent) -> None:
+        super().__init__()
         self.tally = Tally()
-        self.latencies = np.zeros(len(BINS) - 1, int)
-        self.worst_latency = 0.0
+        self.latencies = Latencies()
         self.latest: tuple[float, float] = 0.0, 0.0
         """When the latest output came [s, monotonic], and its latency [s]."""
         self.last_base = 0
         self._robot, self._output, self._sent = robot, output, sent
         self._delay = round(robot.delay * 1e9)
-        self._batch: list[bytes] = []
-        self._arrivals: list[int] = []
-
-    def take(self, data: bytes) -> None:
-        """Collect a message."""
-        self._arrivals.append(time.monotonic_ns())
-        self._batch.append(data)
 
     def check(self, models: set[int], during: str) -> None:
         """Check what was collected, by the models that may be in use during something."""
-        batch, arrivals = self._batch, self._arrivals
+        batch, arrivals = self.taken()
         if not batch:
             return
-        self._batch, self._arrivals = [], []
         tally = self.tally
         tally.received += len(batch)
-        stamps, bases, values, deviations = decode(batch)
+        stamps, bases, values, deviations = decode(batch, covariance=True)
         known, instants, sent = self._sent.find((stamps + self._delay).tolist())
         self._note('strange', ~known, stamps, values, during)
         finite = np.isfinite(values).all(1) & np.isfinite(deviations).all(1)
         self._note('not_finite', ~finite, stamps, values, during)
-        latency = (np.array(arrivals) - sent)[known] * 1e-9
+        latency = (arrivals - sent)[known] * 1e-9
         if len(latency):
             self.latest = arrivals[-1] * 1e-9, float(latency[-1])
-            self.latencies += np.histogram(latency.clip(BINS[0], BINS[-1]), BINS)[0]
-            self.worst_latency = max(self.worst_latency, float(latency.max()))
+            self.latencies.add(latency)
         if not self._robot.description:
             self.last_base = BASES.index(bases[-1])
         stated = known & finite & (deviations > 0).any(1)
@@ -182,33 +164,8 @@ class TopicCheck:
 
     def _note(self, what: str, bad: np.ndarray, stamps: np.ndarray, values: np.ndarray,
               during: str, sizes: np.ndarray | None = None) -> None:
-        if not bad.any():
-            return
-        tally = self.tally
-        setattr(tally, what, getattr(tally, what) + int(bad.sum()))
-        if len(tally.examples) < 8:
-            i = int(np.argmax(bad if sizes is None else sizes))
-            by = '' if sizes is None else f' by {sizes[i]:.3g} deviations'
-            tally.examples.append(
-                f'{self._robot.name}/{self._output}: {int(bad.sum())} {what}{by} during '
-                f'{during}: stamp {stamps[i]}, {np.array2string(values[i], precision=4)}')
-
-
-def decode(batch: list[bytes]) -> tuple[np.ndarray, list[bytes], np.ndarray, np.ndarray]:
-    """
-    Return stamps [ns], frames, values and deviations, angular part first, of serialized messages.
-
-    Of TwistWithCovarianceStamped or AccelWithCovarianceStamped, by the rules of CDR, version 1,
-    with frames whose names are all of the same length.
-    """
-    length = int.from_bytes(batch[0][12:16], 'little')
-    pad = -(12 + length) % 8
-    fields = np.dtype([('head', 'V4'), ('sec', '<i4'), ('nanosec', '<u4'), ('count', '<u4'),
-                       ('frame', f'S{length}'), ('pad', f'V{pad}'), ('values', '<f8', 6),
-                       ('covariance', '<f8', (6, 6))])
-    messages = np.frombuffer(b''.join(batch), fields)
-    stamps = messages['sec'].astype(np.int64) * 1_000_000_000 + messages['nanosec']
-    angular_first = [3, 4, 5, 0, 1, 2]
-    variances = np.diagonal(messages['covariance'], axis1=1, axis2=2)[:, angular_first]
-    return (stamps, messages['frame'].tolist(), messages['values'][:, angular_first],
-            np.sqrt(variances))
+        i = int(np.argmax(bad if sizes is None else sizes))
+        by = '' if sizes is None else f' by {sizes[i]:.3g} deviations'
+        self.tally.note(what, bad, f'{self._robot.name}/{self._output}: {int(bad.sum())} '
+                        f'{what}{by} during {during}: stamp {stamps[i]}, '
+                        f'{np.array2string(values[i], precision=4)}')

@@ -10,12 +10,14 @@ import time
 
 import numpy as np
 
-from .checks import BINS, Tally
+from .checks import Tally
+from .recovery import Recovery, recovery
 from .rig import Rig
 from .robots import DESCRIPTIONS, OFFSET, ROBOTS
 from ..books import Account
-from ..rig import Broken
+from ..listening import Broken, PATIENCE
 from ..robots import BROKEN_DESCRIPTIONS
+from ..tally import Latencies
 
 STOP = 5.0
 """Length of a stop of the node [s]."""
@@ -25,9 +27,6 @@ MAX_GROWTH = 2048.0
 
 MAX_DEARER = 1.3
 """How much more CPU time a message may take in the last quarter than in the second."""
-
-CAUGHT_UP = 0.05
-"""Outputs that are no later than this are on time [s]."""
 
 Event = Callable[[Rig, Random], None]
 
@@ -97,27 +96,6 @@ EVENTS: dict[str, Event] = {
 
 
 @dataclass
-class Stopped:
-    """
-    What came of a stop of the node.
-
-    Attributes
-    ----------
-    lost : int
-        Messages that did not reach it.
-    worst : float
-        Greatest latency afterwards [s].
-    caught_up : float
-        Time until all outputs were on time again [s].
-
-    """
-
-    lost: int = 0
-    worst: float = 0.0
-    caught_up: float = float('nan')
-
-
-@dataclass
 class Result:
     """All that a field soak found."""
 
@@ -126,7 +104,7 @@ class Result:
     published: list[int] = field(default_factory=list)
     accounts: list[Account] = field(default_factory=list)
     tallies: dict[str, Tally] = field(default_factory=dict)
-    stops: list[Stopped] = field(default_factory=list)
+    stops: list[Recovery] = field(default_factory=list)
     latency: dict[str, float] = field(default_factory=dict)
     memory: list[float] = field(default_factory=list)
     growth: float = float('nan')
@@ -193,29 +171,20 @@ class Course:
 
     def _stop_node(self) -> None:
         """Let the node stand still for a while; see how it catches up."""
-        rig, stopped = self._rig, Stopped()
+        rig = self._rig
         self._tell('node stopped')
         rig.during = 'a stop of the node'
-        lost = self._lost()
-        rig.node.send_signal(signal.SIGSTOP)
-        rig.spin(STOP)
-        rig.node.send_signal(signal.SIGCONT)
-        begin = time.monotonic()
 
-        def on_time() -> bool:
-            latest = [check.latest for check in rig.checks.values()]
-            stopped.worst = max(stopped.worst, *(late for at, late in latest if at > begin), 0.0)
-            return all(at > begin and late < CAUGHT_UP for at, late in latest)
-        rig.wait(on_time, 'outputs that are on time')
-        stopped.caught_up = time.monotonic() - begin
-        rig.spin(1.0)
-        stopped.lost = self._lost() - lost
-        self.result.stops.append(stopped)
-        self._tell(f'on time after {stopped.caught_up:.2f} s, {stopped.lost:,} messages lost, '
-                   f'latency {stopped.worst:.2f} s at most')
+        def standstill() -> None:
+            rig.node.send_signal(signal.SIGSTOP)
+            rig.spin(STOP)
+            rig.node.send_signal(signal.SIGCONT)
 
-    def _lost(self) -> int:
-        return sum(self._rig.published()) - sum(a.on_topic for a in self._rig.accounts())
+        found = recovery(rig, standstill, PATIENCE)
+        if found.on_time_after > PATIENCE:
+            self.result.failures.append(f'{PATIENCE:g} s after a stop outputs are not on time')
+        self.result.stops.append(found)
+        self._tell(str(found))
 
     def _count(self) -> None:
         """Compare the node's own counts."""
@@ -226,18 +195,14 @@ class Course:
 
     def _conclude(self) -> None:
         rig, result = self._rig, self.result
-        latencies = np.zeros(len(BINS) - 1, int)
         for (k, output), check in rig.checks.items():
             tally = result.tallies[f'{ROBOTS[k].name}/{output}'] = check.tally
-            latencies += check.latencies
             result.failures += tally.examples
             if not tally.judged:
                 result.failures.append(f'{ROBOTS[k].name}/{output}: no output was judged')
-        total = np.cumsum(latencies)
-        if total[-1]:
-            result.latency = {str(share): float(BINS[1:][np.searchsorted(
-                total, share * total[-1])]) for share in (0.5, 0.99, 0.999)}
-        result.latency['worst'] = max(check.worst_latency for check in rig.checks.values())
+        latencies = Latencies.of(check.latencies for check in rig.checks.values())
+        result.latency = {str(share): latencies.quantile(share) for share in (0.5, 0.99, 0.999)}
+        result.latency['worst'] = latencies.worst
         self._conclude_usage()
 
     def _conclude_usage(self) -> None:

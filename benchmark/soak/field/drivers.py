@@ -3,18 +3,14 @@
 """
 The drivers of all robots, in a process of their own, and the mishaps on their way.
 
-Arguments: the file of the log, when the motion began [ns since 1970], and seconds between two
-settings of a clock. Commands come on standard input, one JSON list on a line: the name of a method
-of `Drivers`, and its arguments.
+Arguments: the file of the log, when the motion began [ns since 1970], seconds between two settings
+of a clock, and how deep the queues of the publishers are. Commands are names of methods of `Drivers`,
+and their arguments.
 """
 from collections import deque
-import json
-import math
 from pathlib import Path
 from random import Random
-import struct
 import sys
-import threading
 import time
 from typing import Any
 
@@ -24,23 +20,20 @@ from sensor_msgs.msg import JointState
 
 from .log import LENGTH, SentLog
 from .robots import FieldRobot, RATE, ROBOTS, SAMPLES
-from ...node.robot import message_body
+from ..messages import beginning, commands, MALFORMED as ALL_KINDS, spoilt
 
-MALFORMED = ('nan', 'infinite', 'short', 'long', 'truncated', 'noise', 'empty', 'unknown',
-             'twice', 'negative', 'partial')
+MALFORMED = tuple(kind for kind in ALL_KINDS if kind != 'unstamped')
 LATE = 0.05
 """What could not be sent for so long is not read at all, as by a driver that stood still [s]."""
-
-_stamp = struct.Struct('<iI').pack
-_HEAD = b'\0\1\0\0'
 
 
 class Driver:
     """The driver of one robot."""
 
     def __init__(self, node: Any, number: int, robot: FieldRobot, log: SentLog, epoch: int,
-                 every: float) -> None:
+                 every: float, depth: int) -> None:
         self._node, self._number, self._log, self._epoch = node, number, log, epoch
+        self._depth = depth
         self.robot = robot
         self._bodies = robot.bodies()
         self._messages = robot.way(every)
@@ -55,7 +48,7 @@ class Driver:
         if self._publisher is not None:
             self._node.destroy_publisher(self._publisher)
         self._publisher = self._node.create_publisher(
-            JointState, f'{self.robot.name}/joints', QoSProfile(depth=1000))
+            JointState, f'{self.robot.name}/joints', QoSProfile(depth=self._depth))
 
     def disconnect(self, until: float) -> None:
         """Remove the publisher until a time [s since the beginning]."""
@@ -82,7 +75,7 @@ class Driver:
         k = int(self._counts[1])
         self._entries[k % LENGTH] = stamp, instant, time.monotonic_ns()
         self._counts[1] = k + 1
-        return _HEAD + _stamp(*divmod(stamp, 1_000_000_000))
+        return beginning(stamp)
 
     def send(self, data: bytes) -> None:
         """Publish a message."""
@@ -90,45 +83,21 @@ class Driver:
             self._counts[0] += 1
             self._publisher.publish(data)
 
-    def bad_message(self, kind: str, random: Random, now: float) -> bytes:
+    def spoilt(self, kind: str, random: Random, now: float) -> bytes:
         """Return a message with something wrong in it."""
-        names = list(self.robot.chains[0].joint_names)
-        position = [0.5] * len(names)
-        if kind in ('nan', 'infinite'):
-            position[random.randrange(len(names))] = math.nan if kind == 'nan' else -math.inf
-        elif kind == 'short':
-            position.pop()
-        elif kind == 'long':
-            position.append(0.5)
-        elif kind == 'unknown':
-            names = [f'unknown{random.randrange(10**6)}' for _ in names]
-        elif kind == 'twice':
-            names[0] = names[-1]
-        elif kind == 'partial':
-            names, position = names[:-1], position[:-1]
-        stamp = self._epoch + round(now * 1e9)
-        data = _HEAD + _stamp(*divmod(stamp, 1_000_000_000)) + message_body(names, position, [])
-        if kind == 'truncated':
-            # Less would be a whole message: the middleware fills up to four bytes.
-            return data[:random.randrange(4, len(data) - 12)]
-        if kind == 'noise':
-            return _HEAD + random.randbytes(random.randrange(4, 600))
-        if kind == 'empty':
-            return _HEAD + bytes(24)
-        if kind == 'negative':
-            return _HEAD + _stamp(-5, 0) + self._bodies[0]
-        return data
+        return spoilt(kind, self._epoch + round(now * 1e9), self.robot.chains[0].joint_names,
+                      self._bodies[0], random)
 
 
 class Drivers:
     """All drivers, and what happens to their messages."""
 
-    def __init__(self, file: Path, epoch: int, every: float) -> None:
+    def __init__(self, file: Path, epoch: int, every: float, depth: int) -> None:
         self._random = Random(1)
         self._node = rclpy.create_node('drivers')
         self._begin = time.monotonic() - (time.time_ns() - epoch) * 1e-9
         log = SentLog(file, len(ROBOTS))
-        self._drivers = [Driver(self._node, k, robot, log, epoch, every)
+        self._drivers = [Driver(self._node, k, robot, log, epoch, every, depth)
                          for k, robot in enumerate(ROBOTS)]
         self._share = dict.fromkeys(('dropped', 'doubled', 'swapped', 'malformed'), 0.0)
         self._held: dict[Driver, bytes] = {}
@@ -167,7 +136,7 @@ class Drivers:
             driver.send(data)
         chance -= share['doubled']
         if 0 <= chance < share['malformed']:
-            driver.send(driver.bad_message(
+            driver.send(driver.spoilt(
                 self._random.choice(MALFORMED), self._random, self._now()))
         if self._held and driver in self._held:
             driver.send(self._held.pop(driver))
@@ -176,20 +145,11 @@ class Drivers:
         return time.monotonic() - self._begin
 
 
-def _read_commands(commands: deque[list[Any]]) -> None:
-    for line in sys.stdin:
-        commands.append(json.loads(line))
-    commands.append(['stop'])
-
-
 def main() -> None:
     """Run the drivers that the arguments tell of."""
-    file, epoch, every = sys.argv[1:]
+    file, epoch, every, depth = sys.argv[1:]
     rclpy.init(args=[])
-    commands: deque[list[Any]] = deque()
-    drivers = Drivers(Path(file), int(epoch), float(every))
-    threading.Thread(target=_read_commands, args=(commands,), daemon=True).start()
-    drivers.run(commands)
+    Drivers(Path(file), int(epoch), float(every), int(depth)).run(commands())
 
 
 if __name__ == '__main__':

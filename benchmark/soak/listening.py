@@ -1,0 +1,139 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The node in its own process, and the side that listens to it and looks after it."""
+from collections.abc import Callable
+import json
+import os
+from pathlib import Path
+import signal
+import subprocess
+import sys
+import time
+from typing import Any
+
+from diagnostic_msgs.msg import DiagnosticArray
+import rclpy
+from rclpy.experimental import EventsExecutor
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from std_msgs.msg import String
+
+PATIENCE = 120.0
+CHECK_PERIOD = 0.25
+NODE = [sys.executable, '-c',
+        'import sys; from screw_kinematics.node.main import main; sys.exit(main())']
+
+
+class Broken(RuntimeError):
+    """The soak cannot go on."""
+
+
+class Listening:
+    """
+    What every soak has: the node, other processes, a node here that listens.
+
+    Parameters
+    ----------
+    name : str
+        Of the node here.
+    directory : Path
+        For parameters and logs.
+
+    Attributes
+    ----------
+    diagnostics : DiagnosticArray
+        What the node said last.
+
+    """
+
+    def __init__(self, name: str, directory: Path) -> None:
+        self._directory = directory
+        self._context = rclpy.Context()
+        rclpy.init(context=self._context)
+        self._here = rclpy.create_node(name, context=self._context)
+        self._executor = EventsExecutor(context=self._context)
+        self._executor.add_node(self._here)
+        self.diagnostics = DiagnosticArray()
+        self._here.create_subscription(DiagnosticArray, '/diagnostics', self._report, 10)
+        self._describe = self._here.create_publisher(String, 'robot_description', QoSProfile(
+            depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL))
+        self._next_check = self._next_look = 0.0
+        self._logs: list[Any] = []
+
+    def start(self, name: str, command: list[str]) -> subprocess.Popen[bytes]:
+        """Start a process that takes commands and has a log of that name."""
+        self._logs.append(open(self._directory / f'{name}.log', 'ab'))
+        return subprocess.Popen(command, stdin=subprocess.PIPE, stdout=self._logs[-1],
+                                stderr=subprocess.STDOUT, env=os.environ)
+
+    def start_node(self, parameters: dict[str, Any]) -> None:
+        """Start the node."""
+        file = self._directory / 'parameters.yaml'
+        file.write_text(json.dumps({'/**': {'ros__parameters': parameters}}))   # JSON is YAML
+        self.node = self.start('node', [*NODE, '--ros-args', '--params-file', str(file)])
+
+    def describe(self, text: str) -> None:
+        """Publish a robot description."""
+        self._describe.publish(String(data=text))
+
+    @staticmethod
+    def tell(process: subprocess.Popen[bytes], name: str, *arguments: Any) -> None:
+        """Send a process a command."""
+        assert process.stdin is not None
+        process.stdin.write((json.dumps([name, *arguments]) + '\n').encode())
+        process.stdin.flush()
+
+    def spin(self, seconds: float) -> None:
+        """Take what arrives, and check it now and then."""
+        end = time.monotonic() + seconds
+        while (now := time.monotonic()) < end:
+            self._executor.spin_once(min(0.02, end - now))
+            if now >= self._next_check:
+                self.check()
+                self._next_check = time.monotonic() + CHECK_PERIOD
+
+    def wait(self, condition: Callable[[], object], what: str, limit: float = PATIENCE) -> None:
+        """Wait for a condition; raise Broken if it never comes."""
+        end = time.monotonic() + limit
+        while not condition():
+            if time.monotonic() > end:
+                raise Broken(f'waited {limit:g} s in vain for {what}')
+            self.spin(0.05)
+
+    def check(self) -> None:
+        """Check the outputs that have arrived; raise Broken if the node has ended."""
+        self.check_outputs()
+        if self.node.poll() is not None:
+            raise Broken(f'the node ended with code {self.node.returncode}')
+        now = time.monotonic()
+        if now >= self._next_look:
+            self._next_look = now + 1.0
+            self.look()
+
+    def check_outputs(self) -> None:
+        """Check the outputs that have arrived."""
+        raise NotImplementedError
+
+    def look(self) -> None:
+        """See what the processes take; each second."""
+        raise NotImplementedError
+
+    def end(self, *others: subprocess.Popen[bytes]) -> int:
+        """End everything; return the exit code of the node."""
+        for process in others:
+            process.kill()
+            process.wait()
+        self.node.send_signal(signal.SIGINT)
+        try:
+            code = self.node.wait(30)
+        except subprocess.TimeoutExpired:
+            self.node.kill()
+            code = self.node.wait()
+        for log in self._logs:
+            log.close()
+        self._executor.shutdown()
+        self._here.destroy_node()
+        self._context.try_shutdown()
+        return code
+
+    def _report(self, array: DiagnosticArray) -> None:
+        self.diagnostics = array
