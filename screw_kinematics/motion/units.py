@@ -13,8 +13,11 @@ from .joint_motion import Array
 
 _TURNS = 4 * math.pi    # no limited joint turns further [rad]
 _REACH = 20.0           # nor is a slide longer [m]
-_WRAP = 0.35            # a jump is a wrap if it is a turn but for this [rad]
+WRAP = 0.35             # a jump is a wrap if it is a turn but for this [rad]
 _LARGE = 1000.0         # whole numbers beyond are ticks, others may be degrees or mm
+
+TURNS_ON = "declare it 'continuous' in the model, or let the driver count its turns"
+"""What to do about a joint that wraps."""
 
 
 class UnitDoubt(NamedTuple):
@@ -54,13 +57,13 @@ def unit_doubts(position: Array, kind: str = '') -> list[UnitDoubt]:
         return [UnitDoubt(f'is a slide and reaches {largest:.4g} m', _meant(whole, largest, 'm'))]
     doubts = []
     for turn, unit in ((2 * math.pi, 'rad'), (360.0, 'degrees')):
-        wraps = int((np.abs(steps - turn) < _WRAP * turn / (2 * math.pi)).sum())
+        wraps = int((np.abs(steps - turn) < WRAP * turn / (2 * math.pi)).sum())
         # Ticks of an encoder step by turns of a radian all the time.
         rare = wraps > 0 and np.median(steps) < turn / 20
         if rare and (unit == 'rad' or largest > _TURNS) and kind != 'continuous':
             doubts.append(UnitDoubt(
                 f'jumps by a whole turn, {turn:.4g}, {times(wraps)}',
-                "declare it 'continuous' in the model, or let the driver count its turns"))
+                TURNS_ON))
             break
     # A continuous joint may turn on for ever, but not in whole numbers, nor wrap at 360.
     in_degrees = bool((np.abs(steps - 360) < 20).any()) and largest < 365

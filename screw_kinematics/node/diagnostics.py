@@ -131,7 +131,9 @@ class Diagnostics:
 
     def _log_missing(self, robot: Robot, now: float) -> None:
         """Log once that messages come and joints are missing, when that lasts."""
-        if robot.pipeline is None or not robot.account.received or not robot.pipeline.missing():
+        # Where all that came was refused for a fault, that is told.
+        received = robot.account.received - faults_of(robot).total()
+        if robot.pipeline is None or not received or not robot.pipeline.missing():
             self._incomplete.pop(robot.name, None)
             return
         since = self._incomplete.setdefault(robot.name, now)

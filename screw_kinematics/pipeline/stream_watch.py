@@ -4,11 +4,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import pi
 
 import numpy as np
 
 from .joint_groups import listed, Reading
-from ..motion.units import unit_doubts
+from ..motion.units import TURNS_ON, unit_doubts, WRAP
 
 EVERY = 17
 """Three readings in a row are looked at, of so many; a prime, so that no rhythm is missed."""
@@ -65,6 +66,8 @@ class StreamWatch:
         self._count = 0
         self._last: list[Sequence[float]] = []
         self._there_and_back = [0.0] * len(names)
+        self._wrapped = [0] * len(names)
+        """Whole turns among the steps that were looked at."""
         self._first: tuple[Sequence[float], Sequence[float]] | None = None
         self._velocities = self._as_position = self._constant = 0
 
@@ -107,6 +110,8 @@ class StreamWatch:
         for name, farthest, turns_on in zip(self._names, self._farthest, self._continuous):
             for doubt in unit_doubts(np.array([farthest]), 'continuous' if turns_on else ''):
                 findings.append(f'{name} {doubt.problem}: {doubt.advice}')
+        findings += [f'{name} jumps by whole turns: {TURNS_ON}' for name, wrapped in zip(
+            self._names, self._wrapped) if wrapped > 1]
         idle = [name for name, count in zip(self._names, self._resting) if count >= ENOUGH]
         if idle and self._measured:
             findings.append(f"velocity_source is 'measured', but the velocities of joints "
@@ -125,6 +130,9 @@ class StreamWatch:
             hits[k] *= FORGET
             if abs(b - c) > JUMP and abs(a - c) < 0.2 * abs(b - c):
                 hits[k] += 1.0
+            elif not self._continuous[k] and (abs(abs(b - c) - 2 * pi) < WRAP
+                                              or abs(abs(a - b) - 2 * pi) < WRAP):
+                self._wrapped[k] += 1
         position, velocity = reading.position, reading.velocity
         self._farthest = [max(x, y, key=abs) for x, y in zip(self._farthest, position)]
         if velocity is None:

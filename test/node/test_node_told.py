@@ -16,7 +16,7 @@ ROBOTS = {
     'never': {'velocity_source': 'measured'},       # gets no velocities
     'zeros': {'velocity_source': 'measured'},       # gets zeros
     'degrees': {},
-    'ahead': {}, 'past': {}}
+    'ahead': {}, 'past': {}, 'twice': {}}
 
 
 @pytest.fixture(scope='module')
@@ -91,3 +91,20 @@ def test_parameters_that_do_not_exist_are_refused_and_others_set(rig, name):
         result = rig.call(SetParametersAtomically, 'set_parameters_atomically',
                           SetParametersAtomically.Request(parameters=given)).result
         assert not result.successful and f'{name!r} does not exist' in result.reason
+
+
+def test_joints_named_twice_are_told_and_not_that_joints_are_missing(rig):
+    publisher, names, k = rig.publisher('/twice'), [*JOINTS[:5], 'q1'], 0
+
+    def logged():
+        nonlocal k
+        for _ in range(5):
+            publisher.publish(joint_state(names, time.time_ns(), smooth_motion(6, 0.01 * k)[0]))
+            k += 1
+            rig.spin(0.01)
+        return 'twice: joint_named_twice' in rig.log.read_text()
+    rig.wait(logged)
+    rig.wait(lambda: logged() and k > 600)
+    level, message, _ = rig.status('twice', 'every message is refused: joint_named_twice')
+    assert level == b'\2' and message
+    assert 'twice: no joint states' not in rig.log.read_text()

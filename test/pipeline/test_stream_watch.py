@@ -15,9 +15,9 @@ def motion(t):
     return 0.5 + 0.4 * np.sin(w * t), 0.4 * w * np.cos(w * t)
 
 
-def watch(readings):
+def watch(readings, **options):
     """Return a watch that has seen these positions and velocities."""
-    group, result = JointGroup((0, 1), True), StreamWatch(NAMES)
+    group, result = JointGroup((0, 1), True), StreamWatch(NAMES, **options)
     for k, (position, velocity) in enumerate(readings):
         result.update(Reading(group, k, list(position), None if velocity is None
                               else list(velocity)))
@@ -85,6 +85,15 @@ def test_measured_velocities_that_are_zero_while_the_joints_move_are_named():
         "move: set velocity_source to 'auto', which needs none"]
     only_one = watch_measured([(q, [v[0], 0.0]) for q, v in sound()])
     assert 'the velocities of joints q2 are zero' in only_one[0]
+
+
+def test_joints_that_wrap_are_named_unless_they_are_continuous():
+    turning = [((np.array([3.0 * k / 100, 0.3]) + np.pi) % (2 * np.pi) - np.pi, None)
+               for k in range(20_000)]
+    assert watch(turning).findings(1) == [
+        "q1 jumps by whole turns: declare it 'continuous' in the model, or let the driver count "
+        'its turns']
+    assert watch(turning, continuous=[True, False]).findings(1) == []
 
 
 def test_positions_in_degrees_are_named():

@@ -4,8 +4,8 @@
 The drivers of all robots, in a process of their own, and the mishaps on their way.
 
 Arguments: the file of the log, when the motion began [ns since 1970], seconds between two settings
-of a clock, and how deep the queues of the publishers are. Commands are names of methods of `Drivers`,
-and their arguments.
+of a clock, and how deep the queues of the publishers are. Commands are names of methods of
+`Drivers`, and their arguments.
 """
 from collections import deque
 from pathlib import Path
