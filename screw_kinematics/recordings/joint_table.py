@@ -154,7 +154,8 @@ class JointTable:
             with pyarrow.input_stream(str(self.path), compression='detect') as stream:
                 start = stream.read(1 << 16).decode('utf-8-sig', errors='replace')
             head = start.splitlines()[0] if start.strip() else ''
-            separator = max(',;\t ', key=head.count)
+            # Names have blanks too.
+            separator = max(',;\t' if {*head} & {*',;\t'} else ' ', key=head.count)
             stamps = {name.strip(' "'): pyarrow.string() for name in head.split(separator)
                       if name.strip(' "').lower() in _STAMPS
                       or name.strip(' "') == self.stated.columns.get('stamp')}

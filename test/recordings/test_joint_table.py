@@ -64,6 +64,8 @@ def seconds(stamps, since=0):
 BY_NAME = ['shoulder_1', 'shoulder_10', 'slide']
 WAYS = {
     'names': BY_NAME + ['shoulder_1_vel', 'shoulder_10_vel', 'slide_vel'],
+    'units': ['shoulder_1 [rad]', 'shoulder_10 [rad]', 'slide [m]', 'shoulder_1_vel [rad / s]',
+              'shoulder_10_vel [rad / s]', 'slide_vel [m / s]'],
     'dotted': [f'position.{n}' for n in BY_NAME] + [f'velocity.{n}' for n in BY_NAME],
     'plotjuggler': [f'/joint_states/{n}/{what}' for what in ('position', 'velocity')
                     for n in BY_NAME],

@@ -227,6 +227,18 @@ def test_a_glitch_is_no_second_publisher(tmp_path, capsys):
     assert 'two publishers' not in out
 
 
+@pytest.mark.parametrize('sigma', [0.01, 0.05, 0.3])
+def test_a_noisy_source_is_no_second_publisher(tmp_path, capsys, sigma):
+    rng = np.random.default_rng(1)
+
+    def noise(k, sample):
+        sample[2] = sample[2] + rng.normal(0, sigma, 6)
+
+    _, out = run(tmp_path, capsys, change=noise, count=1200)
+    assert 'two publishers' not in out
+    assert re.search('remark .* jump there and back from sample to sample, of one noisy', out), out
+
+
 @pytest.mark.parametrize('change', [sent_twice, held, stands_still, noisy])
 def test_one_delay_is_advised(tmp_path, capsys, change):
     _, out = run(tmp_path, capsys, change=change, count=1200)

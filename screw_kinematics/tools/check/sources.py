@@ -17,6 +17,7 @@ from ...screws.se3 import Array
 _JUMP = 0.02        # positions that differ by less may be of one motion [rad, m]
 _HITS = 5           # jumps there and back that are no glitches
 _SHARE = 0.005      # of the samples, at least
+_NOISE = 0.25       # each of two sources moves on; of one, however parted, more jumps are left
 _FIELD = 0.95       # share of the samples that tells what the velocities are
 _SPEED = 1e-3       # joints that move faster are in motion [rad/s, m/s]
 _STOP = ('stop one of the publishers, or let it publish elsewhere; ros2 topic info -v {} names '
@@ -40,19 +41,31 @@ def report_sources(topic: str, label: str, names: Sequence[str], received: Array
         Positions [rad, m], finite.
 
     """
-    before, between, after = position[:-2], position[1:-1], position[2:]
-    away = np.abs(between - after)
-    back = (away > _JUMP) & (np.abs(before - after) < 0.2 * away)
-    jumping = back.sum(axis=0) > max(_HITS, _SHARE * len(position))
+    jumps = _jumps(position)
+    jumping = jumps > max(_HITS, _SHARE * len(position))
     if not jumping.any():
         return
+    joints = listed(n for n, often in zip(names, jumping) if often)
     second = _second_source(position[:, jumping])
+    left = _jumps(position[second]) + _jumps(position[~second])
+    if left[jumping].sum() > _NOISE * jumps[jumping].sum():
+        yield Finding(REMARK, f'{label}: positions of joints {joints} jump there and back from '
+                      'sample to sample, of one noisy source',
+                      'such as motion capture, or a wrong unit; what can be had of it is below')
+        return
     parts = [f'one {_described(names, received[part], position[part])}'
              for part in (~second, second)]
     yield Finding(
-        PROBLEM, f'{label}: two publishers disagree on joints '
-        f'{listed(n for n, jumps in zip(names, jumping) if jumps)}: {", ".join(parts)}',
+        PROBLEM, f'{label}: two publishers disagree on joints {joints}: {", ".join(parts)}',
         _STOP.format(topic))
+
+
+def _jumps(position: Array) -> Array:
+    """Return how often each joint jumps there and back."""
+    before, between, after = position[:-2], position[1:-1], position[2:]
+    away = np.abs(between - after)
+    count: Array = ((away > _JUMP) & (np.abs(before - after) < 0.2 * away)).sum(axis=0)
+    return count
 
 
 def report_overlaps(topic: str, streams: Sequence[JointStream], wanted: Mapping[str, str],
