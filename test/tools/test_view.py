@@ -16,6 +16,7 @@ import pytest
 
 from screw_kinematics import models
 from screw_kinematics.errors import MissingExtraError
+from screw_kinematics.pipeline.parameter_file import robot_settings
 from screw_kinematics.screws import screw_of_twist
 from screw_kinematics.tools import robot_options
 from screw_kinematics.tools.stamping import stampings
@@ -221,7 +222,7 @@ def recording(tmp_path_factory):
 
 
 def test_a_recording_is_shown_as_it_was(recording):
-    settings = view.robot_settings('puma', {'description': robot_options.PUMA})
+    settings = robot_settings('puma', {'description': robot_options.PUMA})
     motion, = recorded_motions(str(recording), [settings], '')
     assert 55 * 5 < len(motion.snapshots) <= 60 * 5 + 1 and motion.end == pytest.approx(5, abs=.05)
     for snapshot in motion.snapshots[20:-20:40]:
@@ -331,6 +332,6 @@ def test_what_is_found_of_the_stamps_is_told(tmp_path):
         messages.append(('/joint_states', recordings.JOINT_STATE, at,
                          recordings.joint_state(at, ROBOT.joint_names, q)))
     bag = recordings.write_bag(tmp_path / 'run', messages)
-    settings = view.robot_settings('puma', {'description': robot_options.PUMA})
+    settings = robot_settings('puma', {'description': robot_options.PUMA})
     motion, = recorded_motions(str(bag), [settings], '')
     assert any('stamp' in doubt or 'clock' in doubt for doubt in motion.doubts), motion.doubts

@@ -24,10 +24,9 @@ from .account import Bar, print_single, summary_table
 from .report import write_report
 from .. import console, robot_options, table_options
 from ..processes import end_with_parent
+from ..settings_options import settings_of
 from ...errors import ParameterError, ToolError
 from ...pipeline.outputs import OUTPUTS
-from ...pipeline.parameter_file import read_robots, robot_settings
-from ...pipeline.settings import RobotSettings
 from ...recordings import records
 from ...recordings.fleet import cluster, in_order, process_all
 from ...recordings.processing import FORMS, Outcome, process, Task
@@ -126,23 +125,13 @@ def _tasks(arguments: argparse.Namespace) -> list[Task]:
     else:
         form = form or (output.suffix[1:] if output.suffix in ENDINGS else 'mcap')
         folder, name = output.parent, output.stem if output.suffix in ENDINGS else output.name
+    chosen = {} if arguments.outputs is None else {
+        'outputs': [word for word in arguments.outputs.split(',') if word]}
     common = Task(
-        sources[0], tuple(_settings(arguments)), arguments.namespace, form, folder,
+        sources[0], tuple(settings_of(arguments, chosen)), arguments.namespace, form, folder,
         table=table_options.table_format(arguments), compare=arguments.compare,
         stop_limit=arguments.stop_limit if arguments.report else None)
     return [replace(common, source=source, name=name or source.name) for source in sources]
-
-
-def _settings(arguments: argparse.Namespace) -> list[RobotSettings]:
-    chosen = {} if arguments.outputs is None else {
-        'outputs': [word for word in arguments.outputs.split(',') if word]}
-    if arguments.params_file is not None:
-        # Each tip of several is a robot here, called as in the parameters: arm.tool0.
-        return [part for robot in read_robots(arguments.params_file, chosen, arguments.namespace)
-                for part in robot.parts]
-    return [robot_settings(arguments.name, {
-        'description': arguments.robot, 'base_frame': arguments.base or '',
-        'tip_frame': arguments.tip or '', 'joint_states_topic': arguments.topic, **chosen})]
 
 
 def _many(arguments: argparse.Namespace, tasks: Sequence[Task]) -> list[Outcome]:

@@ -22,9 +22,9 @@ from .offset import compare_clocks
 from .samples import report_streams
 from .. import console, live_recording, robot_options, table_options
 from ..plot.histories import check_ending, ENDINGS
+from ..settings_options import settings_of
 from ... import core, models
 from ...errors import ParameterError, ScrewKinematicsError
-from ...pipeline.parameter_file import read_robots, robot_settings
 from ...pipeline.robot_model import build_model, continuous_joints
 from ...pipeline.settings import RobotSettings
 from ...recordings.joint_streams import JointStream, JointStreams
@@ -75,6 +75,7 @@ def main(argv: Sequence[str] | None = None) -> int:
                      help='of the sensor_msgs/Imu (default: imu/data)')
     imu.add_argument('--frame', dest='tip', metavar='LINK', help='which the IMU is fixed to')
     for with_robots in (system, bag, delay, imu):
+        with_robots.set_defaults(name=None)
         which = with_robots.add_mutually_exclusive_group()
         which.add_argument('--params-file', type=Path, metavar='FILE',
                            help='robots and settings, as the node has them')
@@ -111,7 +112,7 @@ def _system(arguments: argparse.Namespace) -> Iterator[Finding]:
     from .system import listen
     if not 0 < arguments.seconds <= 3600:
         raise ParameterError('seconds', arguments.seconds, 'more than 0, at most 3600')
-    settings = _settings(arguments)
+    settings = settings_of(arguments)
     heard = listen(_topics(settings, arguments.namespace),
                    {full_name(arguments.namespace, s.description_topic) for s in settings
                     if not s.description}, arguments.seconds)
@@ -120,7 +121,7 @@ def _system(arguments: argparse.Namespace) -> Iterator[Finding]:
 
 
 def _recording(arguments: argparse.Namespace) -> Iterator[Finding]:
-    settings = _settings(arguments)
+    settings = settings_of(arguments)
     streams = {topic: JointStreams() for topic in _topics(settings, arguments.namespace)}
     descriptions = {}
     with opened(arguments.bag, table_options.table_format(arguments)) as recording:
@@ -146,7 +147,7 @@ def _recording(arguments: argparse.Namespace) -> Iterator[Finding]:
 
 
 def _against(arguments: argparse.Namespace) -> Iterator[Finding]:
-    robots = _settings(arguments)
+    robots = settings_of(arguments)
     if arguments.plot is not None:
         check_ending(arguments.plot)
         if len(robots) > 1:
@@ -159,14 +160,6 @@ def _against(arguments: argparse.Namespace) -> Iterator[Finding]:
                                       arguments.plot)
         for damage in recording.damage:
             yield Finding(PROBLEM, f'damaged: {damage}')
-
-
-def _settings(arguments: argparse.Namespace) -> list[RobotSettings]:
-    if arguments.params_file is not None:
-        return read_robots(arguments.params_file, namespace=arguments.namespace)
-    return [robot_settings('robot', {
-        'description': arguments.robot or '', 'base_frame': arguments.base or '',
-        'tip_frame': arguments.tip or '', 'joint_states_topic': arguments.topic})]
 
 
 def _topics(settings: Sequence[RobotSettings], namespace: str) -> list[str]:

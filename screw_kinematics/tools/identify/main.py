@@ -20,9 +20,9 @@ from .picture import draw_payload
 from .. import console, live_recording, robot_options
 from ..check.findings import Finding, has_problem, REMARK
 from ..plot.histories import check_ending, ENDINGS
+from ..settings_options import settings_of
 from ...errors import MalformedMessageError, ModelError, ParameterError, ToolError
 from ...messages.wrench import TYPE
-from ...pipeline.parameter_file import read_robots, robot_settings
 from ...pipeline.setting import numbers
 from ...pipeline.settings import RobotSettings
 from ...recordings.clock_offset import ClockOffset, find_offset
@@ -31,7 +31,6 @@ from ...recordings.motion_streams import channels, Stream
 from ...recordings.payload_fit import fit_payload
 from ...recordings.recording import full_name, Recording
 from ...recordings.wrenches import recorded_wrenches
-
 from ...screws.se3 import Array
 
 EXAMPLES = """\
@@ -71,7 +70,7 @@ def main(argv: Sequence[str] | None = None) -> int:
                          help='draw the wrench with and without its load, into a file ending in '
                               f'{", ".join(ENDINGS)}')
     payload.add_argument('--namespace', default='', help='of the node (default: none)')
-    payload.set_defaults(find=_payload)
+    payload.set_defaults(find=_payload, tip=None)
     return console.run(lambda arguments: int(arguments.find(arguments)), options, argv)
 
 
@@ -106,11 +105,7 @@ def _robot(arguments: argparse.Namespace) -> RobotSettings:
         except ValueError:
             raise ParameterError('gravity', arguments.gravity,
                                  'three finite numbers of at most 1000') from None
-    if arguments.params_file is None:
-        return robot_settings(arguments.name or 'robot', {
-            'description': arguments.robot or '', 'base_frame': arguments.base or '',
-            'joint_states_topic': arguments.topic, **gravity})
-    robots = read_robots(arguments.params_file, gravity, arguments.namespace)
+    robots = settings_of(arguments, gravity)
     named = [robot for robot in robots if arguments.name in (None, robot.name)]
     if len(named) != 1:
         raise ParameterError('name', arguments.name, 'one of '

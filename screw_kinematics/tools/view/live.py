@@ -171,7 +171,8 @@ class _LiveRobot:
     def read_doubts(self, diagnostics: Any) -> None:
         """Take the doubts that the node has about this robot."""
         for status in diagnostics.status:
-            if status.name.rpartition(': ')[2] == self._motion.name:
+            robot = status.name.rpartition(': ')[2]
+            if f'{self._motion.name}/'.startswith(f'{robot}/'):     # one of several tips, too
                 values = {item.key: item.value for item in status.values}
                 self._motion.doubts = [doubt for doubt in values.get('doubts', '').split('; ')
                                        if doubt]

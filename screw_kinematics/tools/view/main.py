@@ -17,7 +17,6 @@ from dataclasses import replace
 from pathlib import Path
 import sys
 import time
-from typing import Any
 
 from .live import LiveRobots, look_around
 from .motion import ShownMotion
@@ -25,9 +24,9 @@ from .page import open_server, Page, RATE, require_viser
 from .recorded import recorded_motions
 from .. import console, robot_options, stage
 from ..processes import Children
+from ..settings_options import settings_of
 from ...errors import ParameterError, ToolError
 from ...node.stop_request import StopRequest
-from ...pipeline.parameter_file import read_robots, robot_settings
 from ...pipeline.robot_model import build_model
 from ...pipeline.settings import RobotSettings
 from ...recordings.recording import full_name
@@ -83,7 +82,7 @@ def _view(arguments: argparse.Namespace) -> int:
         with StopRequest() as stop:
             show_stage(arguments, stage.Stage(arguments), stop)
         return console.OK
-    settings = _settings(arguments)
+    settings = settings_of(arguments)
     if arguments.output is None:
         require_viser()
     if arguments.live:
@@ -136,7 +135,7 @@ def _show_live(arguments: argparse.Namespace, settings: Sequence[RobotSettings],
             raise ParameterError(f'{robot.name}.outputs', list(robot.outputs), 'pose among them, '
                                  'which tells where the moving base is')
         text = None if topic is None else texts[topic]
-        motions.append(ShownMotion(robot.name, build_model(robot, text),
+        motions.append(ShownMotion(robot.topic, build_model(robot, text),
                                    description=robot.description if text is None else text,
                                    world='odometry' if robot.relative_to == 'world' else ''))
     topics = [list(robot.joint_states_topic) for robot in settings]
@@ -173,15 +172,6 @@ def _show(arguments: argparse.Namespace, motions: Sequence[ShownMotion], live: b
                 wait(max(1 / RATE - (time.monotonic() - now), 1e-3))
     finally:
         server.stop()
-
-
-def _settings(arguments: argparse.Namespace) -> list[RobotSettings]:
-    if arguments.params_file is not None:
-        return read_robots(arguments.params_file, {}, arguments.namespace or '')
-    given: dict[str, Any] = {
-        'description': arguments.robot or '', 'base_frame': arguments.base or '',
-        'tip_frame': arguments.tip or '', 'joint_states_topic': arguments.topic}
-    return [robot_settings(arguments.name or 'robot', given)]
 
 
 if __name__ == '__main__':
