@@ -15,7 +15,7 @@ from .rates import platform_states
 from .screw_system import ScrewSystem
 from .traced_newton import Moving, NearbySteps, NextPosture
 from ..errors import ScrewKinematicsError
-from ..screws.rigid import row_of_pose
+from ..screws.rigid import pose_from_row, row_of_pose
 from ..screws.se3 import Array
 
 __all__ = ['PostureTracker', 'Solved']
@@ -148,10 +148,8 @@ class PostureTracker:
         n = len(self._limbs.actuated)
         joints = np.array([*found.moving.actuated, *found.moving.carried[:self._n_passive]])
         _, _, screws = self._limbs.kinematics(joints.tolist())
-        pose = np.eye(4)
-        pose[:3, 3], pose[:3, :3] = found.seen[:3], np.reshape(found.seen[3:12], (3, 3))
         return ClosedPosture(
-            joints[:n], joints[n:], pose,
+            joints[:n], joints[n:], pose_from_row(found.seen[:12]),
             ScrewSystem(screws, self._limbs.length, self._home.system.ranks),
             np.sqrt(found.squared_misfit), found.iterations, self._posture.working_mode)
 

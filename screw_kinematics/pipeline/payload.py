@@ -54,7 +54,7 @@ class Payload:
     def parameters(self) -> tuple[float, ...]:
         """Return the inertial parameters, as :data:`INERTIAL` names them."""
         m, c = self.mass, np.array(self.center)
-        about = _matrix(self.inertia) + m * (c @ c * np.eye(3) - np.outer(c, c))
+        about = inertia_matrix(self.inertia) + m * (c @ c * np.eye(3) - np.outer(c, c))
         return (m, *(m * c).tolist(), *about[np.triu_indices(3)].tolist())
 
     @classmethod
@@ -62,7 +62,7 @@ class Payload:
         """Return the body of some inertial parameters with a mass that is not zero."""
         m, h = parameters[0], np.array(parameters[1:4])
         c = h / m
-        inertia = _matrix(parameters[4:]) - m * (c @ c * np.eye(3) - np.outer(c, c))
+        inertia = inertia_matrix(parameters[4:]) - m * (c @ c * np.eye(3) - np.outer(c, c))
         return cls(float(m), tuple(c.tolist()), tuple(inertia[np.triu_indices(3)].tolist()))
 
 
@@ -78,7 +78,7 @@ def is_inertia(six: Sequence[float]) -> bool:
     (True, False, True)
 
     """
-    low, middle, high = np.linalg.eigvalsh(_matrix(six)).tolist()
+    low, middle, high = np.linalg.eigvalsh(inertia_matrix(six)).tolist()
     slack = _TOLERANCE * abs(high)
     return bool(low >= -slack and high <= low + middle + slack)
 
@@ -129,6 +129,7 @@ def cross(a: Vector, b: Vector) -> tuple[Any, Any, Any]:
     return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
 
 
-def _matrix(six: Sequence[float] | Array) -> Array:
+def inertia_matrix(six: Sequence[float] | Array) -> Array:
+    """Return the matrix of six numbers ixx, ixy, ixz, iyy, iyz, izz."""
     xx, xy, xz, yy, yz, zz = six
     return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]], dtype=float)

@@ -23,7 +23,7 @@ import numpy as np
 from .interpolation import interpolate
 from .link_motion import LinkMotion
 from ..errors import ToolError
-from ..pipeline.payload import felt_wrench, INERTIAL, Payload
+from ..pipeline.payload import felt_wrench, inertia_matrix, INERTIAL, Payload
 from ..screws.se3 import Array
 
 BLOCK = 0.5
@@ -159,8 +159,7 @@ def nearest_body(inertia: Sequence[float]) -> tuple[float, ...]:
     (2.0, 0.0, 0.0, 2.0, 0.0, 3.0)
 
     """
-    xx, xy, xz, yy, yz, zz = inertia
-    matrix = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    matrix = inertia_matrix(inertia)
     # How the mass is spread, which is no less than zero in any direction.
     sizes, axes = np.linalg.eigh(np.trace(matrix) / 2 * np.eye(3) - matrix)
     if sizes[0] >= 0:
