@@ -84,9 +84,6 @@ class TwistEncoder(_Encoder):
         super().__init__([frame_id], _ANGULAR_LAST)
 
 
-AccelEncoder = TwistEncoder
-
-
 class VelocityEncoder(_Encoder):
     """
     Writes `VelocityStamped`: a twist that names both bodies.
@@ -158,9 +155,6 @@ class TwistWithCovarianceEncoder(_Encoder):
     def __init__(self, frame_id: str) -> None:
         super().__init__([frame_id], [*_ANGULAR_LAST, *(
             6 + 6 * row + column for row in _ANGULAR_LAST for column in _ANGULAR_LAST)])
-
-
-AccelWithCovarianceEncoder = TwistWithCovarianceEncoder
 
 
 class ImuEncoder(_Encoder):

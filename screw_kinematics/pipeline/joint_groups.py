@@ -207,10 +207,6 @@ class JointGroups:
                 if met.lower().endswith(plain) or plain.endswith(met.lower())]
         return ends or get_close_matches(name, self._strangers, 1, 0.8)
 
-    def names_of(self, group: JointGroup) -> list[str]:
-        """Return the names of a group's joints."""
-        return [self.joint_names[column] for column in group.columns]
-
     def release(self, group: JointGroup) -> None:
         """Forget a group that comes no more, so that other messages may bring its joints."""
         if self._groups.pop(group.columns, None) is not None:
