@@ -25,10 +25,14 @@ FILES = sorted((ROOT / 'launch').glob('*.launch.py'))
 OWN = """
 import sys
 from launch import LaunchDescription, LaunchService
-from launch.actions import IncludeLaunchDescription
-service = LaunchService()
-service.include_launch_description(LaunchDescription([IncludeLaunchDescription(
-    sys.argv[1], launch_arguments=[word.split(':=', 1) for word in sys.argv[2:]])]))
+from launch.actions import IncludeLaunchDescription, SetLaunchConfiguration
+service = LaunchService(noninteractive=True)     # no terminal sends Ctrl-C to all
+service.include_launch_description(LaunchDescription([
+    # Nothing is killed because the machine is busy.
+    SetLaunchConfiguration('sigterm_timeout', '60'),
+    SetLaunchConfiguration('sigkill_timeout', '60'),
+    IncludeLaunchDescription(
+        sys.argv[1], launch_arguments=[word.split(':=', 1) for word in sys.argv[2:]])]))
 sys.exit(service.run())
 """
 
