@@ -27,10 +27,9 @@ from ..screws.se3 import Array
 
 SECOND = 1_000_000_000
 
-LINEAR_VELOCITY = 0.5          # m of arrow per m/s
-ANGULAR_VELOCITY = 0.2         # m of arrow per rad/s
-LINEAR_ACCELERATION = 0.1      # m of arrow per m/s^2
-ANGULAR_ACCELERATION = 0.05    # m of arrow per rad/s^2
+ARROWS = {'angular_velocity': 0.2, 'linear_velocity': 0.5,
+          'angular_acceleration': 0.05, 'linear_acceleration': 0.1}
+"""How long the arrows are [m per rad/s, m/s, rad/s^2, m/s^2]."""
 
 REST = 1e-4
 """Below this many rad/s and m/s there is no axis to speak of."""
@@ -47,14 +46,8 @@ _COLORS = {
     'linear_acceleration': (0.9, 0.5, 0.1), 'angular_acceleration': (0.8, 0.2, 0.7),
     'screw_axis': (0.9, 0.9, 0.1), 'pitch': (1.0, 1.0, 1.0), 'trail': (0.0, 0.6, 0.5)}
 
-
 CLEAR = 0.35
 """How much of what is behind an ellipsoid it hides."""
-
-ARROWS = {'angular_velocity': ANGULAR_VELOCITY, 'linear_velocity': LINEAR_VELOCITY,
-          'angular_acceleration': ANGULAR_ACCELERATION,
-          'linear_acceleration': LINEAR_ACCELERATION}
-"""Scales of the arrows, in the order of the ellipsoids."""
 
 
 class MarkerPublisher:
@@ -132,11 +125,12 @@ class MarkerPublisher:
         return marker
 
     def _body(self, state: State) -> BodyState:
-        """Return the motion of the tip."""
+        """Return the motion of the tip, about itself, in base axes."""
         row, twist, accel = (np.array(state.values[part]) for part in self._slices)
         pose = pose_from_row(row)
-        return BodyState(pose, (twist, accel), pose[:3, 3] if self._pole == 'tip' else np.zeros(3),
-                         pole=self._pole, axes=self._axes)
+        pole = pose[:3, 3] if self._pole == 'tip' else np.zeros(3)
+        return BodyState(pose, (twist, accel), pole, pole=self._pole, axes=self._axes
+                         ).expressed_in('base').about('tip')
 
 
 def markers_of_state(state: BodyState) -> list[Marker]:
@@ -146,7 +140,7 @@ def markers_of_state(state: BodyState) -> list[Marker]:
     Parameters
     ----------
     state : BodyState
-        With velocity and acceleration, about any pole, in any axes.
+        With velocity and acceleration, about the tip, in base axes.
 
     Returns
     -------
@@ -154,15 +148,9 @@ def markers_of_state(state: BodyState) -> list[Marker]:
         In base axes; namespaces are the names of the quantities.
 
     """
-    state = state.expressed_in('base').about('tip')
     tip = state.pose[:3, 3]
-    velocity, acceleration = state.classical(1), state.classical(2)
-    return [
-        _arrow('linear_velocity', tip, velocity[3:] * LINEAR_VELOCITY),
-        _arrow('angular_velocity', tip, velocity[:3] * ANGULAR_VELOCITY),
-        _arrow('linear_acceleration', tip, acceleration[3:] * LINEAR_ACCELERATION),
-        _arrow('angular_acceleration', tip, acceleration[:3] * ANGULAR_ACCELERATION),
-        *_screw_axis(tip, velocity)]
+    return [*(_arrow(name, tip, vector) for name, vector in _vectors(state).items()),
+            *_screw_axis(tip, state.velocity)]
 
 
 def markers_of_uncertainty(state: BodyState, ellipsoids: Iterable[Ellipsoid | None],
@@ -173,17 +161,21 @@ def markers_of_uncertainty(state: BodyState, ellipsoids: Iterable[Ellipsoid | No
     Parameters
     ----------
     state : BodyState
-        Whose arrows they are.
+        Whose arrows they are, about the tip, in base axes.
     ellipsoids : four of Ellipsoid or None
         In the order of `ARROWS`; what is not known is deleted.
     deviations : float
         So many standard deviations are their radii.
 
     """
-    state = state.expressed_in('base').about('tip')
+    return [_ellipsoid(name, state.pose[:3, 3] + vector, ellipsoid, deviations * ARROWS[name])
+            for (name, vector), ellipsoid in zip(_vectors(state).items(), ellipsoids)]
+
+
+def _vectors(state: BodyState) -> dict[str, Array]:
+    """Return the arrows, from the tip on [m]."""
     values = np.concatenate([state.classical(1), state.classical(2)]).reshape(4, 3)
-    return [_ellipsoid(name, state.pose[:3, 3] + value * scale, ellipsoid, deviations * scale)
-            for (name, scale), value, ellipsoid in zip(ARROWS.items(), values, ellipsoids)]
+    return {name: scale * value for (name, scale), value in zip(ARROWS.items(), values)}
 
 
 def _ellipsoid(name: str, centre: Array, ellipsoid: Ellipsoid | None, scale: float) -> Marker:

@@ -4,7 +4,7 @@
 from geometry_msgs.msg import TwistWithCovarianceStamped
 import numpy as np
 import pytest
-from screw_kinematics.node.markers import ANGULAR_VELOCITY, LINEAR_VELOCITY
+from screw_kinematics.node.markers import ARROWS
 from screw_kinematics.screws.rotations import rotation_from_quaternion
 from support.rig import joint_state, running, smooth_motion, stamp_ns
 from visualization_msgs.msg import Marker, MarkerArray
@@ -82,13 +82,12 @@ def test_ellipsoids_are_the_published_covariance(got):
     assert stamps
     for stamp in stamps:
         covariance = np.reshape(twists[stamp].twist.covariance, (6, 6))
-        for what, scale, part in (('linear', LINEAR_VELOCITY, slice(0, 3)),
-                                  ('angular', ANGULAR_VELOCITY, slice(3, 6))):
+        for what, part in (('linear_velocity', slice(0, 3)), ('angular_velocity', slice(3, 6))):
             true = covariance[part, part]
             for found in plain[stamp], turned[stamp]:
-                marker = found[f'{what}_velocity_uncertainty']
+                marker = found[f'{what}_uncertainty']
                 assert marker.type == Marker.SPHERE and marker.color.a < 0.5
-                shown = spread(marker, scale)
+                shown = spread(marker, ARROWS[what])
                 assert np.allclose(shown, true, rtol=1e-6, atol=1e-5 * true.max() + 1e-11)
 
 
