@@ -3,7 +3,7 @@
 """
 Make backlogs on purpose: what stands still, with which queues, and how the node comes back.
 
-Four robots at 1 kHz. By default the inputs are best effort and keep the last 1000 messages; the
+Robots at 1 kHz. By default the inputs are best effort and keep the last 1000 messages; the
 other queues are reliable and keep all.
 """
 import argparse
@@ -65,6 +65,10 @@ def main() -> int:
     parser.add_argument('--seconds', type=float, default=5.0, help='of each standstill')
     parser.add_argument('--limit', type=float, default=60.0,
                         help='longest wait for outputs that are on time [s]')
+    parser.add_argument('--robots', type=int, default=4, choices=range(1, 5),
+                        help='fewer for machines that have other work')
+    parser.add_argument('--only', default='', metavar='TEXT',
+                        help='only what contains this')
     options = parser.parse_args()
     causes: dict[str, Callable[[Rig], None]] = {
         'nothing': lambda rig: rig.spin(options.seconds),
@@ -77,10 +81,12 @@ def main() -> int:
     begin, late = time.monotonic(), False
     for queues, qos in QUEUES.items():
         with own_domain() as directory:
-            rig = Rig(directory, 1e9, qos)
+            rig = Rig(directory, 1e9, qos, options.robots)
             try:
                 rig.spin(5.0)
                 for cause, standstill in causes.items():
+                    if options.only not in cause:
+                        continue
                     found = recovery(rig, lambda: standstill(rig), options.limit)
                     print(f'{time.monotonic() - begin:7.1f} s  {queues}: {cause}: {found}',
                           flush=True)

@@ -4,8 +4,8 @@
 The drivers of all robots, in a process of their own, and the mishaps on their way.
 
 Arguments: the file of the log, when the motion began [ns since 1970], seconds between two settings
-of a clock, and how deep the queues of the publishers are. Commands are names of methods of
-`Drivers`, and their arguments.
+of a clock, how deep the queues of the publishers are, how many robots there are. Commands are
+names of methods of `Drivers`, and their arguments.
 """
 from collections import deque
 from pathlib import Path
@@ -92,13 +92,13 @@ class Driver:
 class Drivers:
     """All drivers, and what happens to their messages."""
 
-    def __init__(self, file: Path, epoch: int, every: float, depth: int) -> None:
+    def __init__(self, file: Path, epoch: int, every: float, depth: int, robots: int) -> None:
         self._random = Random(1)
         self._node = rclpy.create_node('drivers')
         self._begin = time.monotonic() - (time.time_ns() - epoch) * 1e-9
-        log = SentLog(file, len(ROBOTS))
+        log = SentLog(file, robots)
         self._drivers = [Driver(self._node, k, robot, log, epoch, every, depth)
-                         for k, robot in enumerate(ROBOTS)]
+                         for k, robot in enumerate(ROBOTS[:robots])]
         self._share = dict.fromkeys(('dropped', 'doubled', 'swapped', 'malformed'), 0.0)
         self._held: dict[Driver, bytes] = {}
 
@@ -147,9 +147,9 @@ class Drivers:
 
 def main() -> None:
     """Run the drivers that the arguments tell of."""
-    file, epoch, every, depth = sys.argv[1:]
+    file, epoch, every, depth, robots = sys.argv[1:]
     rclpy.init(args=[])
-    Drivers(Path(file), int(epoch), float(every), int(depth)).run(commands())
+    Drivers(Path(file), int(epoch), float(every), int(depth), int(robots)).run(commands())
 
 
 if __name__ == '__main__':

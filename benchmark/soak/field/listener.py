@@ -1,6 +1,8 @@
 # Copyright screw_kinematics contributors
 # SPDX-License-Identifier: Apache-2.0
 """A reliable subscriber of all outputs, to be stopped; says on standard output that it listens."""
+import sys
+
 import rclpy
 from rclpy.qos import QoSProfile
 
@@ -13,7 +15,7 @@ def main() -> None:
     rclpy.init(args=[])
     node = rclpy.create_node('listener')
     got: list[bytes] = []
-    for robot in ROBOTS:
+    for robot in ROBOTS[:int(sys.argv[1])]:
         for output in OUTPUTS:
             node.create_subscription(KINDS[output], f'{robot.name}/{output}', got.append,
                                      QoSProfile(depth=10), raw=True)

@@ -23,7 +23,7 @@ class Recovery:
     Attributes
     ----------
     lost : int
-        Messages that did not reach the node.
+        About how many messages did not reach the node: it tells its count now and then.
     worst : float
         Greatest latency afterwards [s].
     on_time_after : float
@@ -58,19 +58,22 @@ def recovery(rig: Rig, standstill: Callable[[], None], limit: float) -> Recovery
 
     """
     found, lost = Recovery(), _lost(rig)
+    earlier = [check.latencies.worst for check in rig.checks.values()]
     standstill()
     begin = seen = time.monotonic()
+    for check in rig.checks.values():
+        check.latencies.worst = 0.0
     outputs = _outputs(rig)
+    rig.check()
 
     def on_time() -> bool:
         nonlocal seen, outputs
         now = time.monotonic()
-        if now - seen > WINDOW:
+        if now - seen >= WINDOW:
             count = _outputs(rig)
             found.rate = max(found.rate, (count - outputs) / (now - seen))
             seen, outputs = now, count
         latest = [check.latest for check in rig.checks.values()]
-        found.worst = max(found.worst, *(late for at, late in latest if at > begin), 0.0)
         return all(at > begin and late < ON_TIME for at, late in latest)
 
     try:
@@ -81,7 +84,10 @@ def recovery(rig: Rig, standstill: Callable[[], None], limit: float) -> Recovery
     else:
         found.on_time_after = time.monotonic() - begin
     rig.spin(1.0)
-    found.lost = _lost(rig) - lost
+    for check, before in zip(rig.checks.values(), earlier):
+        found.worst = max(found.worst, check.latencies.worst)
+        check.latencies.worst = max(before, check.latencies.worst)
+    found.lost = max(0, _lost(rig) - lost)
     return found
 
 

@@ -39,6 +39,8 @@ class Rig(Listening):
         Seconds between two settings of a clock.
     queues : dict
         Quality of service of the node's inputs, and how deep those of the publishers are.
+    robots : int
+        How many of the robots there are.
 
     Attributes
     ----------
@@ -52,41 +54,43 @@ class Rig(Listening):
     """
 
     def __init__(self, directory: Path, every: float,
-                 queues: Mapping[str, object] = MappingProxyType({})) -> None:
+                 queues: Mapping[str, object] = MappingProxyType({}),
+                 robots: int = len(ROBOTS)) -> None:
         super().__init__('field_soak', directory)
-        self.models = [{0} for _ in ROBOTS]
+        self.robots = ROBOTS[:robots]
+        self.models = [{0} for _ in self.robots]
         self.during = 'the start'
         self.usage: list[tuple[float, float, float]] = []
-        log = SentLog(directory / 'sent', len(ROBOTS))
+        log = SentLog(directory / 'sent', len(self.robots))
         self._published = log.counts[:, 0]
-        self._sent = [Sent(log, k) for k in range(len(ROBOTS))]
+        self._sent = [Sent(log, k) for k in range(len(self.robots))]
         self.checks = {(k, output): TopicCheck(robot, output, self._sent[k])
-                       for k, robot in enumerate(ROBOTS) for output in OUTPUTS}
+                       for k, robot in enumerate(self.robots) for output in OUTPUTS}
         self._qos = QoSProfile(depth=OUTPUT_DEPTH)
         for (k, output), check in self.checks.items():
             self._here.create_subscription(
-                KINDS[output], f'{ROBOTS[k].name}/{output}', check.take, self._qos, raw=True)
+                KINDS[output], f'{self.robots[k].name}/{output}', check.take, self._qos, raw=True)
         self.describe(DESCRIPTIONS[0])
         self._setter = self._here.create_client(
             SetParametersAtomically, 'kinematic_state_publisher/set_parameters_atomically')
         self.start_node(self._parameters(queues))
         self.wait(lambda: all(
             self.parts.get(r.name, {}).get('outputs listened to') == ', '.join(OUTPUTS)
-            for r in ROBOTS), 'the node to serve all outputs')
+            for r in self.robots), 'the node to serve all outputs')
         self.drivers = self.start('drivers', [
             sys.executable, '-m', 'benchmark.soak.field.drivers', str(directory / 'sent'),
-            str(time.time_ns()), str(every), str(queues.get('depth', 1000))])
+            str(time.time_ns()), str(every), str(queues.get('depth', 1000)),
+            str(robots)])
         self.wait(lambda: all(c.tally.received for c in self.checks.values()), 'outputs')
 
-    @staticmethod
-    def _parameters(queues: Mapping[str, object]) -> dict[str, Any]:
+    def _parameters(self, queues: Mapping[str, object]) -> dict[str, Any]:
         keep = {'history': 'keep_last', 'reliability': 'reliable', 'depth': OUTPUT_DEPTH}
-        return {'robots': [robot.name for robot in ROBOTS], 'diagnostics_rate': 5.0,
-                **{robot.name: robot.parameters for robot in ROBOTS},
+        return {'robots': [robot.name for robot in self.robots], 'diagnostics_rate': 5.0,
+                **{robot.name: robot.parameters for robot in self.robots},
                 'qos_overrides': {f'/{robot.name}/{output}': {'publisher': keep}
-                                  for robot in ROBOTS for output in OUTPUTS} | {
+                                  for robot in self.robots for output in OUTPUTS} | {
                     f'/{robot.name}/joints': {'subscription': dict(queues)}
-                    for robot in ROBOTS if queues}}
+                    for robot in self.robots if queues}}
 
     # What is done
 
@@ -106,7 +110,7 @@ class Rig(Listening):
 
     def listen(self, robot: int) -> Any:
         """Listen to one more output for a while; return the subscriptions."""
-        name = ROBOTS[robot].name
+        name = self.robots[robot].name
         more = [self._here.create_subscription(PoseStamped, f'{name}/pose', _ignore, 10, raw=True)]
         return more + [self._here.create_subscription(
             KINDS[output], f'{name}/{output}', _ignore, 10, raw=True) for output in OUTPUTS]
@@ -116,7 +120,7 @@ class Rig(Listening):
         """Give a process that listens reliably to all outputs; end it."""
         log = self._directory / 'listener.log'
         process = self.start('listener', [
-            sys.executable, '-m', 'benchmark.soak.field.listener'])
+            sys.executable, '-m', 'benchmark.soak.field.listener', str(len(self.robots))])
         try:
             self.wait(lambda: 'listening' in log.read_text(), 'another listener')
             yield process
@@ -153,7 +157,7 @@ class Rig(Listening):
     def accounts(self) -> list[Account]:
         """Return the latest account of each robot."""
         parts = self.parts
-        return [account_of(robot.name, f'/{robot.name}/joints', parts) for robot in ROBOTS]
+        return [account_of(robot.name, f'/{robot.name}/joints', parts) for robot in self.robots]
 
     def published(self) -> list[int]:
         """Return how many messages were published for each robot."""
