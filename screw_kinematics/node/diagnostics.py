@@ -22,6 +22,9 @@ from ..motion.units import times
 
 LOG_PERIOD = 5.0
 
+LOOK_PERIOD = 1.0
+"""How often news are looked for [s]; it takes as long as some messages."""
+
 STOOD = 1.0
 """Without time for its housekeeping for longer than this, the node stood still [s]."""
 
@@ -46,6 +49,7 @@ class Diagnostics:
         self._unreadable: dict[str, int] = {}
         self._logged: Counter[str] = Counter()
         self._last_log = -LOG_PERIOD
+        self._looked = -LOOK_PERIOD
         self._incomplete: dict[str, float] = {}
         self._kept = time.monotonic()
         self._stood = (0, 0.0)
@@ -88,6 +92,9 @@ class Diagnostics:
     def log_news(self, inputs: Inputs, robots: Iterable[Robot]) -> None:
         """Log what was refused since the last time, at most every few seconds; and what is new."""
         now = time.monotonic()
+        if now - self._looked < LOOK_PERIOD:
+            return
+        self._looked = now
         for robot in robots:
             self._log_missing(robot, now)
             self._log_faults(robot, inputs, now)

@@ -73,6 +73,8 @@ class KinematicStatePublisher(LifecycleNode):
         except ScrewKinematicsError:
             self.destroy_node()
             raise
+        # Last of all: the first line that rclpy logs takes as long as finding publishers.
+        self._log_models()
         self._diagnostics.log_core()
 
     def _start(self) -> None:
@@ -183,7 +185,11 @@ class KinematicStatePublisher(LifecycleNode):
             self._descriptions.append(self.create_subscription(
                 String, topic, partial(_described, listeners),
                 QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)))
-        for robot in robots:
+        if not self._starting:
+            self._log_models()
+
+    def _log_models(self) -> None:
+        for robot in self.robots.values():
             self.get_logger().info(f'{robot.name}: ' + (
                 f'waiting for a description on {robot.settings.description_topic!r}'
                 if robot.model is None else repr(robot.model)))
