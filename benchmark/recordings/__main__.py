@@ -3,8 +3,10 @@
 """
 Measure the tool bag on many recordings: rate by processes, memory, restart, reading alone.
 
-Seven joints, all formats mixed, three recordings cut off. As it is, it takes half an hour and
-needs an idle machine; --recordings 40 and --long 200000 give nearly the same rates in minutes.
+Seven joints, all formats mixed, three recordings cut off. A run has as many cores as processes:
+else reading tables would have another one, where there is but one process. As it is, it takes
+half an hour and needs an idle machine; --recordings 40 and --long 200000 give nearly the same
+rates in minutes.
 Of each run: the rate, the samples in a second of processor time, how many seconds processes that
 could have worked waited for a processor, each, and the memory of the largest of them.
 """
@@ -83,10 +85,12 @@ def _reading(paths: Sequence[Path], samples: int) -> None:
 
 
 def _start(folder: Path, output: Path, processes: int) -> subprocess.Popen[str]:
+    cores = sorted(os.sched_getaffinity(0))[:processes]
     return subprocess.Popen(
         [sys.executable, '-m', 'screw_kinematics', 'bag', str(folder), '--robot', MODEL,
          '--output', str(output), '--format', 'dataset', '--processes', str(processes)],
-        stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, start_new_session=True)
+        stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, start_new_session=True,
+        preexec_fn=lambda: os.sched_setaffinity(0, cores))
 
 
 def _compare(folder: Path, outputs: Path, counts: Sequence[int]) -> None:
