@@ -75,7 +75,7 @@ class IntervalSmoother:
         period: cython.double = (times[n - 1] - times[0]) / (n - 1)
         dense: cython.double = SPARSE / period
         dense = dense if dense < DENSEST else DENSEST
-        wide: cython.double = self.wide * sqrt(dense)
+        wide: cython.double = self.wide * dense
         far = max(1.0, max(times[i] - times[i - 1] for i in range(1, n)) / TIME_UNIT)
         self.gains.start(row([min(deviation * SCALE[a], CARRIED / far ** a) ** 2
                               for a, deviation in enumerate(PRIOR)]))

@@ -26,7 +26,7 @@ def fused(smoother: IntervalSmoother, times: Array, x: Array, p: Array, position
 
     Lag and scale are found by regression on the smoothed motion; the velocity, smoothed by the
     same filters, gives another acceleration; both are averaged by their variances, that of the
-    velocity raised by what disagrees.
+    velocity raised by what disagrees, and by how alike the errors of neighbours are.
     """
     measured = np.abs(velocity) < 1e6
     if measured.mean() < 0.8 or not velocity[measured].any():
@@ -43,6 +43,7 @@ def fused(smoother: IntervalSmoother, times: Array, x: Array, p: Array, position
     lag, scale = np.linalg.solve(gram, regressors @ off)
     lag = min(max(float(lag), 0.0), LONGEST_LAG)
     scale = min(max(float(scale), -LARGEST_SCALE), LARGEST_SCALE)
+    left = off + lag * x[2] - scale * x[1]
     y, s, rest = np.empty((4, len(times))), np.empty((4, len(times))), np.empty((2, len(times)))
     smoother.smooth(velocity, 0.0, y, s, rest)
     at = np.clip(np.searchsorted(times, times + lag), 0, len(times) - 1)
@@ -50,7 +51,7 @@ def fused(smoother: IntervalSmoother, times: Array, x: Array, p: Array, position
     rate = (y[0, at] + h * (y[1, at] + h / 2 * (y[2, at] + h / 3 * y[3, at]))) / (1 + scale)
     acceleration = (y[1, at] + h * (y[2, at] + h / 2 * y[3, at])) / (1 + scale)
     apart = (acceleration - x[2])**2
-    spread = s[1, at] / (1 + scale)**2
+    spread = s[1, at] / (1 + scale)**2 * _alike(left, float(np.median(p[1])))
     misfit = np.maximum(
         _mean_around(times, apart / (p[2] + spread)),
         _mean_around(times, (rate - x[1])**2 / (p[1] + s[0, at])))
@@ -63,6 +64,16 @@ def fused(smoother: IntervalSmoother, times: Array, x: Array, p: Array, position
     p[2] *= 1.0 - weight
     p[1] *= 1.0 - weight
     return x, p
+
+
+def _alike(left: Array, known: float) -> float:
+    """
+    Return by how much the variance of a mean is larger than of as many independent errors.
+
+    They are a process of first order, beside what is `known` to be the position's part of them.
+    """
+    alike = max(0.0, float(np.mean(left[1:] * left[:-1])) - known) / float(np.mean(left**2))
+    return (1.0 + alike) / (1.0 - alike)
 
 
 def _mean_around(times: Array, values: Array) -> Array:

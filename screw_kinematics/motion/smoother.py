@@ -25,7 +25,7 @@ from ..errors import InvalidValueError, Reason, ShapeError
 BANDWIDTHS = tuple(0.1 * 1.8**k for k in range(14))
 """Bandwidths of the filters, Hz."""
 
-WIDE = 0.7
+WIDE = 0.5
 """Handicap of wide filters: what predicts best is too wide to smooth with."""
 
 OVERLAP = 2.0
@@ -146,10 +146,10 @@ def smooth(
             raise ShapeError('velocities', str(positions.shape), velocities.shape)
     limits = {'max_gap': max_gap, 'max_velocity': max_velocity, 'continuous': continuous,
               'max_jump': JUMP + ODD * sqrt(2.0) * _noise(positions)}
-    clocks = [run.clock for run in _runs(stamps, positions, limits, [])[0]]
+    clocks = [run.clock for run in _runs(stamps, positions, velocities, limits, [])[0]]
     report = progress or (lambda _: None)
     report(0.2)
-    every, refused = _runs(stamps, positions, limits, clocks)
+    every, refused = _runs(stamps, positions, velocities, limits, clocks)
     runs = [run for run in every if len(run.times) >= FEWEST]
     short = sum(len(run.rows) for run in every if len(run.times) < FEWEST)
     if short:
@@ -201,19 +201,20 @@ def _odd_units(names: Sequence[str], positions: Array, continuous: Sequence[bool
             yield f'{name} {doubt.problem}: {doubt.advice}'
 
 
-def _runs(stamps: Array, positions: Array, limits: dict[str, Any], known: Sequence[DeviceClock],
-          ) -> tuple[list[_Run], dict[Reason, int]]:
+def _runs(stamps: Array, positions: Array, velocities: Array | None, limits: dict[str, Any],
+          known: Sequence[DeviceClock]) -> tuple[list[_Run], dict[Reason, int]]:
     """
     Return the runs of samples, and how many samples were refused.
 
     They are placed in the time of clocks that may be known by run.
     """
     n = positions.shape[1]
-    estimator = MotionEstimator(n, velocity='position-only', **limits)
+    estimator = MotionEstimator(n, **limits)
     runs: list[_Run] = []
     for k, (stamp, position) in enumerate(zip(stamps.tolist(), positions.tolist())):
         before = estimator.runs
-        placed = estimator.place(stamp, array('d', position), None,
+        placed = estimator.place(stamp, array('d', position),
+                                 None if velocities is None else array('d', velocities[k]),
                                  known[len(runs)] if len(runs) < len(known) else None)
         if isinstance(placed, Reason):
             continue
