@@ -18,6 +18,9 @@ import numpy as np
 WARM_UP = 0.5
 """Seconds that are not scored."""
 
+NOTHING = 1e-9
+"""Errors below have no price, rad/s^2: exact positions at rest are smoothed without any."""
+
 
 def evaluate(kind: str, name: str, seed: int, candidates: Iterable[str]) -> dict[str, dict]:
     """
@@ -47,7 +50,8 @@ def evaluate(kind: str, name: str, seed: int, candidates: Iterable[str]) -> dict
             candidate, samples, lambda result: acceleration_error(recording, samples, result)))
         if candidate in OURS:
             without = acceleration_error(twin, right, best(candidate, right, lambda _: 0.0))
-            scores[candidate]['price'] = scores[candidate]['acceleration'] / without
+            scores[candidate]['price'] = (
+                max(scores[candidate]['acceleration'], NOTHING) / max(without, NOTHING))
     return scores
 
 
