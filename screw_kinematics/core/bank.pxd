@@ -4,7 +4,7 @@ from .channel cimport Channel
 from .gains cimport Gains
 from .mixture cimport Mixture
 from .spread cimport Spread
-from .steps cimport Steps
+from .steps cimport Pace, Steps
 from .travel cimport Travel
 from .velocity_trust cimport VelocityTrust
 
@@ -21,6 +21,7 @@ cdef class Bank:
     cdef Channel position, velocity
     cdef list trust                 # of each joint's velocity
     cdef Steps steps
+    cdef Pace pace
     cdef Mixture mixture
     cdef Spread spread
     cdef Travel travelled
@@ -33,10 +34,6 @@ cdef class Bank:
     # The run.
     cdef readonly long long count   # samples after the first
     cdef double time, dt, rate
-    cdef double period              # mean step
-    cdef double usual               # mean of steps near the usual one
-    cdef int unusual
-    cdef double reference           # step that gains are found for while steps are near it
     cdef double used                # step that gains were found for
     cdef long long steady           # steps since the gains changed
     cdef double span
@@ -44,7 +41,6 @@ cdef class Bank:
     cdef int missing
 
     cdef VelocityTrust trust_in(self, Py_ssize_t j)
-    cdef double pace(self, double dt) noexcept
     cdef void handicap(self, double share) noexcept
     cdef void prepare(self, Channel c, double share, double plausible, double half,
                       Py_ssize_t slot) noexcept

@@ -19,7 +19,7 @@ from .channel import Channel
 from .gains import Gains
 from .mixture import Mixture
 from .spread import Spread
-from .steps import Steps
+from .steps import Pace, Steps
 from .tables import DENSEST, row, SCALE, SPARSE, table, TIME_UNIT, WINDOW, zeros
 from .travel import Travel
 from .velocity_trust import VelocityTrust
@@ -91,7 +91,7 @@ class Bank:
         self.position = Channel(n, self.gains, self.lsum, self.delayed)
         self.velocity = Channel(n, self.gains, self.lsum, self.delayed)
         self.trust = [VelocityTrust() for _ in range(n)]
-        self.steps = Steps(self.gains)
+        self.steps, self.pace = Steps(self.gains), Pace()
         self.mixture = Mixture(self.gains, self.steps, self.delayed)
         self.spread = Spread(n, self.gains, self.steps, self.delayed, noise)
         self.travelled = Travel(n)
@@ -105,8 +105,9 @@ class Bank:
         i: cython.Py_ssize_t
         j: cython.Py_ssize_t
         self.count, self.time, self.dt, self.rate = 0, time, 0.0, 1.0
-        self.period = self.usual = self.reference = self.used = self.span = 0.0
-        self.unusual, self.steady, self.missing, self.with_velocity = 0, 0, 0, False
+        self.used = self.span = 0.0
+        self.pace.start(time)
+        self.steady, self.missing, self.with_velocity = 0, 0, False
         self.steps.clear()
         self.gains.start(self.prior)
         for i in range(self.m):
@@ -144,8 +145,8 @@ class Bank:
         dt: cython.double = time - self.time
         self.time, self.dt, self.rate = time, dt, rate
         self.count += 1
-        step: cython.double = self.pace(dt)
-        self.gains.predict(step, self.period)
+        step: cython.double = self.pace.follow(self.count, time, dt)
+        self.gains.predict(step, self.pace.period)
         change: cython.double = self.gains.update()
         self.steady = self.steady + 1 if step == self.used and change < 1e-7 else 0
         self.used = step
@@ -191,34 +192,12 @@ class Bank:
                 self.position.signal(j).noise, self.count <= FIRST_WAIT)
         self.with_velocity = self.missing < LONGEST_MISSING
 
-    def pace(self, dt: cython.double) -> cython.double:
-        """Follow the steps; return the one that gains are found for: the usual one if near it."""
-        k: cython.longlong = self.count
-        share: cython.double = 0.01 if k > 100 else 1.0 / k
-        if k == 1:
-            self.period = self.usual = dt
-            return dt
-        limited: cython.double = 3.0 * self.period
-        self.period += share * ((dt if dt < limited else limited) - self.period)
-        if fabs(dt - self.usual) < 0.3 * self.usual:
-            self.usual += share * (dt - self.usual)
-            self.unusual = 0
-        else:
-            self.unusual += 1
-            if self.unusual > 8:
-                self.usual = dt
-                self.unusual = 0
-        if k >= 16 and not 0.985 * self.usual < self.reference < 1.015 * self.usual:
-            self.reference = self.usual
-        near: cython.bint = 0.85 * self.reference < dt < 1.15 * self.reference
-        return self.reference if near else dt
-
     def handicap(self, share: cython.double) -> None:
         """Follow the logarithms of the innovations' variances, which wide filters pay for."""
         k: cython.Py_ssize_t
         wide: cython.double = self.wide
         if self.delayed:
-            dense: cython.double = SPARSE / self.period
+            dense: cython.double = SPARSE / self.pace.period
             dense = dense if dense < DENSEST else DENSEST
             wide *= sqrt(dense)
         for k in range(self.m):
@@ -229,7 +208,8 @@ class Bank:
         """Tell a channel of the step to its next sample."""
         c.r, c.share, c.span, c.plausible = self.dt / TIME_UNIT, share, self.span, plausible
         c.settling, c.slot, c.half = self.count <= FIRST_WAIT, slot, half
-        c.determined = self.count > DETERMINED
+        c.determined, c.shaken = self.count > DETERMINED, self.pace.felt(self.time)
+        c.paused = self.pace.pause
 
     def average(self) -> None:
         """Find the weighted state after the latest sample."""
@@ -288,7 +268,7 @@ class Bank:
             self.steps.make_taps(i, self.used, self.steady)
         for j in range(self.n):
             self.mixture.look(self.position, j, i, at, self.time)
-            self.mixture.mix(self.position, j, 2, self.period)
+            self.mixture.mix(self.position, j, 2, self.pace.period)
             for k in range(4):
                 self.out[k, j] = self.mixture.mean[k] / self.scale[k]
             if spread:
@@ -315,15 +295,18 @@ class Bank:
         wanted: cython.double = at + trust.lag
         i: cython.longlong = self.steps.before(wanted) if self.delayed else self.count
         found.look(self.velocity, j, i, wanted, self.time)
-        found.mix(self.velocity, j, 1, self.period)
+        found.mix(self.velocity, j, 1, self.pace.period)
         scale: cython.double = (1.0 + trust.scale) / self.rate
         av: cython.double = found.mean[1] / unit / scale
         sv: cython.double = found.variance / (unit * unit) + 1e-12
         w: cython.double = trust.weigh((av - ap) * (av - ap), sp, sv, self.dt if fresh else 0.0)
         faster: cython.double = found.mean[0] / scale - o[1, j]
         if spread:
+            made_good: cython.double = 0.0      # across a pause lag and scale are not found
+            if self.position.shaken:
+                made_good = fabs(trust.lag * av) + fabs(trust.scale * found.mean[0])
             self.spread.fuse(found, self.velocity, j, self.dt if fresh else 0.0, w, scale, faster,
-                             av - ap, o)
+                             av - ap, made_good * made_good, o)
         o[2, j] = ap + w * (av - ap)
         o[1, j] += w * faster
         o[3, j] += w * (found.mean[2] / self.scale[2] / scale - o[3, j])

@@ -39,6 +39,8 @@ cdef class Channel:
     cdef double[::1] weight
     cdef double[:, ::1] excess  # what wider filters show of errors, (3, n M)
     cdef double told            # how often
+    cdef bint shaken            # whether there was a pause just now,
+    cdef double paused          # a step from which on it is one [s]
     cdef double[:, ::1] states  # predicted states of the latest steps, (steps, 4 n M)
     cdef double[:, ::1] errors  # innovations of the latest steps, (steps, n M)
     # The sample at hand.

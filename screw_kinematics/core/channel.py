@@ -101,7 +101,7 @@ class Channel:
         self.x = table(4, n * m)
         self.mean, self.before, self.weight = zeros(n * m), zeros(n * m), zeros(n * m)
         self.states, self.errors = table(1, 1), table(1, 1)
-        self.excess, self.told = table(3, n * m), 0.0
+        self.excess, self.told, self.shaken, self.paused = table(3, n * m), 0.0, False, 0.0
 
     def signal(self, j: cython.Py_ssize_t) -> Signal:
         """Return what is known of a signal."""

@@ -5,7 +5,7 @@ from .gains cimport Gains
 from .mixture cimport Mixture
 from .steps cimport Steps
 
-cdef double NEGLIGIBLE
+cdef double NEGLIGIBLE, TIME_UNIT
 
 cdef void grow(double[:, ::1] t, Py_ssize_t j, Py_ssize_t i, double old, double new) noexcept
 
@@ -26,7 +26,8 @@ cdef class Spread:
                    double[:, ::1] out) noexcept
     cdef void compare(self, Mixture found, Channel c, Py_ssize_t j, double dt) noexcept
     cdef void mix(self, Mixture found, Channel c, Py_ssize_t j) noexcept
+    cdef void pause(self, Mixture found, Channel c, Py_ssize_t j) noexcept
     cdef void add(self, Py_ssize_t i, double variance) noexcept
     cdef void carry(self, double r, Py_ssize_t j, double[:, ::1] out) noexcept
     cdef void fuse(self, Mixture found, Channel c, Py_ssize_t j, double dt, double w, double scale,
-                   double dv, double da, double[:, ::1] out) noexcept
+                   double dv, double da, double doubt, double[:, ::1] out) noexcept

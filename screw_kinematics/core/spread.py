@@ -19,11 +19,11 @@ from .channel import Channel
 from .gains import Gains
 from .mixture import Mixture
 from .steps import Steps
-from .tables import NEGLIGIBLE, row, SCALE, table, zeros
+from .tables import NEGLIGIBLE, row, SCALE, table, TIME_UNIT, zeros
 if cython.compiled:
-    from cython.cimports.libc.math import exp, sqrt
+    from cython.cimports.libc.math import exp, log, sqrt
 else:
-    from math import exp, sqrt
+    from math import exp, log, sqrt
 
 MEMORY = cython.declare(cython.double, 0.3)
 """Of the squares of differences, s."""
@@ -77,6 +77,8 @@ class Spread:
         if dt > 0.0:
             self.compare(found, c, j, dt)
         self.mix(found, c, j)
+        if c.shaken and self.known_noise == 0.0:
+            self.pause(found, c, j)
         self.carry(found.r, j, out)
 
     def compare(self, found: Mixture, c: Channel, j: cython.Py_ssize_t,
@@ -96,9 +98,14 @@ class Spread:
         for i in range(3):
             top: cython.Py_ssize_t = found.top + 3 * i + (1 if i > 0 else 0)
             for k in range(self.m - 1):
+                if four[k] != four[k + 1]:
+                    continue
                 d: cython.double = x[i, k] - x[i, k + 1]
-                d = d * d - NOISE * c.mean[first + k + 1] * p[top, k + 1]
-                if four[k] == four[k + 1]:
+                d = d * d
+                if c.shaken and d > excess[i, first + k]:
+                    excess[i, first + k] = d
+                else:
+                    d -= NOISE * c.mean[first + k + 1] * p[top, k + 1]
                     excess[i, first + k] += share * (d - excess[i, first + k])
 
     def mix(self, found: Mixture, c: Channel, j: cython.Py_ssize_t) -> None:
@@ -170,6 +177,42 @@ class Spread:
         self.add(1, (CAUTION * 0.625 - 1.0) * n1 + BEHIND * b1 * b1)
         self.add(2, (CAUTION * 0.375 - 1.0) * n2 + BEHIND * b2 * b2)
 
+    def pause(self, found: Mixture, c: Channel, j: cython.Py_ssize_t) -> None:
+        """
+        Add what is not known in a pause, and just after it.
+
+        That is what filters of all bandwidths expect across it, their geometric mean: those that
+        have weight say only what the motion was like before.
+        """
+        i: cython.Py_ssize_t
+        k: cython.Py_ssize_t
+        m: cython.Py_ssize_t = self.m
+        row: cython.Py_ssize_t
+        after: cython.longlong = self.steps.latest - found.top // 10 + 1
+        slot: cython.Py_ssize_t = 0
+        if self.delayed:
+            if after > self.steps.latest:
+                return
+            slot = after % self.steps.size
+            if self.steps.times[slot, 0] - self.steps.times[(after - 1) % self.steps.size, 0] \
+                    < c.paused:
+                return
+        elif c.r * TIME_UNIT < c.paused:
+            return
+        for i in range(3):
+            row = 3 * i + (1 if i > 0 else 0)
+            total: cython.double = 0.0
+            count: cython.double = 0.0
+            for k in range(m):
+                v: cython.double = c.mean[j * m + k]
+                v *= self.steps.covariances[slot, row * m + k] if self.delayed else \
+                    self.gains.ahead[row, k]
+                if v > 0.0:
+                    total += log(v)
+                    count += 1.0
+            if count > 0.0:
+                self.add(i, exp(total / count))
+
     def add(self, i: cython.Py_ssize_t, variance: cython.double) -> None:
         """Add to the variance of component i, 0 to 2; its correlations stay."""
         e: cython.double[:, ::1] = self.work
@@ -205,12 +248,13 @@ class Spread:
 
     def fuse(self, found: Mixture, c: Channel, j: cython.Py_ssize_t, dt: cython.double,
              w: cython.double, scale: cython.double, dv: cython.double, da: cython.double,
-             out: cython.double[:, ::1]) -> None:
+             doubt: cython.double, out: cython.double[:, ::1]) -> None:
         """
         Let velocities, whose mixture was looked at last, into a covariance by their weight w.
 
         They are too large by `scale`; their velocity and acceleration are `dv` and `da` from what
         positions tell. Where that is more than both can err by, it is the velocities that err.
+        `doubt`: variance of what was made good of their lag and scale.
         """
         s: cython.double[:, ::1] = self.second
         a: cython.double[:, ::1] = self.apart
@@ -222,7 +266,7 @@ class Spread:
             share = share if share * c.told > 1.0 else 1.0 / c.told
             a[0, j] += share * (dv * dv - a[0, j])
             a[1, j] += share * (da * da - a[1, j])
-        v1: cython.double = s[4, j] / (scale * scale)
+        v1: cython.double = s[4, j] / (scale * scale) + doubt
         v2: cython.double = s[8, j] / (scale * scale)
         o1: cython.double = out[8, j]
         o2: cython.double = out[11, j]

@@ -5,6 +5,19 @@ from .gains cimport Gains
 cdef double TIME_UNIT
 
 
+cdef class Pace:
+    cdef double period              # mean step [s]
+    cdef double usual               # mean of steps near the usual one
+    cdef int unusual
+    cdef double reference           # step that gains are found for while steps are near it
+    cdef double pause               # a step from which on it is a pause
+    cdef double until               # when that is no longer felt
+
+    cdef void start(self, double time) noexcept
+    cdef double follow(self, long long k, double time, double dt) noexcept
+    cdef bint felt(self, double time) noexcept
+
+
 cdef class Steps:
     cdef Py_ssize_t m, size
     cdef Gains now

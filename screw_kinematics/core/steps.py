@@ -2,7 +2,7 @@
 # cython: initializedcheck=False
 # Copyright screw_kinematics contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The latest steps of a bank, and the fixed-lag smoother that reads back over them."""
+"""Steps of a bank: their pace, the latest ones, the fixed-lag smoother that reads them."""
 from __future__ import annotations
 
 from typing import Any
@@ -13,8 +13,58 @@ except ImportError:
     from . import uncompiled as cython
 from .gains import Gains
 from .tables import table, TIME_UNIT
+if cython.compiled:
+    from cython.cimports.libc.math import fabs
+else:
+    from math import fabs
 
 LARGEST_RING = cython.declare(cython.Py_ssize_t, 4096)
+
+PAUSE = cython.declare(cython.double, 3.5)
+FELT = cython.declare(cython.double, 0.3)
+"""Steps longer than so many usual ones are a pause, which filters feel for a while [s]."""
+
+
+class Pace:
+    """How far samples are apart, as a rule."""
+
+    def __init__(self) -> None:
+        self.start(0.0)
+
+    def start(self, time: cython.double) -> None:
+        """Begin a run."""
+        self.period = self.usual = self.reference = self.pause = 0.0
+        self.unusual, self.until = 0, time + FELT
+
+    def follow(self, k: cython.longlong, time: cython.double,
+               dt: cython.double) -> cython.double:
+        """Take the k-th step; return the one that gains are found for: the usual if near it."""
+        share: cython.double = 0.01 if k > 100 else 1.0 / k
+        if k == 1:
+            self.period = self.usual = dt
+            self.pause = PAUSE * dt
+            return dt
+        if dt > self.pause:
+            self.until = time + FELT
+        limited: cython.double = 3.0 * self.period
+        self.period += share * ((dt if dt < limited else limited) - self.period)
+        if fabs(dt - self.usual) < 0.3 * self.usual:
+            self.usual += share * (dt - self.usual)
+            self.unusual = 0
+        else:
+            self.unusual += 1
+            if self.unusual > 8:
+                self.usual = dt
+                self.unusual = 0
+        self.pause = PAUSE * self.usual
+        if k >= 16 and not 0.985 * self.usual < self.reference < 1.015 * self.usual:
+            self.reference = self.usual
+        near: cython.bint = 0.85 * self.reference < dt < 1.15 * self.reference
+        return self.reference if near else dt
+
+    def felt(self, time: cython.double) -> cython.bint:
+        """Whether a pause, or the beginning of the run, may still be felt."""
+        return time < self.until
 
 
 class Steps:
