@@ -83,7 +83,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     chosen = parser.parse_args(argv)
     console = Console()
     if not console.is_terminal:
-        console = Console(width=150)
+        console = Console(width=160)
     if chosen.plot and not chosen.recording:
         parser.error('--plot draws a --recording; for simulated arms see --pictures')
     if chosen.cost:

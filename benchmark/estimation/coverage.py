@@ -14,6 +14,7 @@ from benchmark.estimation.reference import Reference, twin_of
 from benchmark.estimation.samples import Samples
 from benchmark.estimation.simulated import record
 import numpy as np
+from rich.box import SIMPLE
 from rich.table import Table
 
 from screw_kinematics import models
@@ -115,11 +116,11 @@ def shares(ratios: np.ndarray) -> tuple[float, ...]:
 def table(rows: Iterable[tuple[str, Sequence[Deviations]]]) -> Table:
     """Return shares in percent, with a mark where they are not what they must be."""
     shown = Table(title='truth within the 68 and 95 % intervals, % of samples '
-                        '(* not 63 to 73, or 92 to 98)')
-    shown.add_column('condition')
+                        '(* not 63 to 73, or 92 to 98)', box=SIMPLE, padding=(0, 1, 0, 0))
+    shown.add_column('condition', no_wrap=True)
     for delay in DELAYS:
         for what in QUANTITIES:
-            shown.add_column(f'{what} {1e3 * delay:.0f} ms', justify='right')
+            shown.add_column(f'{what} {1e3 * delay:.0f} ms', justify='right', no_wrap=True)
     for name, by_delay in rows:
         shown.add_row(name, *(_cell(found.get(what)) for found in by_delay
                               for what in QUANTITIES))

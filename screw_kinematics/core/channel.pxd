@@ -39,6 +39,7 @@ cdef class Channel:
     cdef double[::1] weight
     cdef double[:, ::1] excess  # what wider filters show of errors, (3, n M)
     cdef double told            # how often
+    cdef double[:, ::1] tail    # what a pause has left unknown, (3, n)
     cdef bint shaken            # whether there was a pause just now,
     cdef double paused          # a step from which on it is one [s]
     cdef double[:, ::1] states  # predicted states of the latest steps, (steps, 4 n M)

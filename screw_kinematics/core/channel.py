@@ -101,7 +101,8 @@ class Channel:
         self.x = table(4, n * m)
         self.mean, self.before, self.weight = zeros(n * m), zeros(n * m), zeros(n * m)
         self.states, self.errors = table(1, 1), table(1, 1)
-        self.excess, self.told, self.shaken, self.paused = table(3, n * m), 0.0, False, 0.0
+        self.excess, self.tail, self.told = table(3, n * m), table(3, n), 0.0
+        self.shaken, self.paused = False, 0.0
 
     def signal(self, j: cython.Py_ssize_t) -> Signal:
         """Return what is known of a signal."""
@@ -115,6 +116,8 @@ class Channel:
         self.told = 0.0
         for j in range(self.n):
             self.signal(j).start(z[j])
+            for i in range(3):
+                self.tail[i, j] = 0.0
             for k in range(j * self.m, (j + 1) * self.m):
                 self.x[0, k] = z[j]
                 for i in range(1, 4):

@@ -26,7 +26,7 @@ cdef class Spread:
                    double[:, ::1] out) noexcept
     cdef void compare(self, Mixture found, Channel c, Py_ssize_t j, double dt) noexcept
     cdef void mix(self, Mixture found, Channel c, Py_ssize_t j) noexcept
-    cdef void pause(self, Mixture found, Channel c, Py_ssize_t j) noexcept
+    cdef void pause(self, Channel c, Py_ssize_t j, double dt, long long after) noexcept
     cdef void add(self, Py_ssize_t i, double variance) noexcept
     cdef void carry(self, double r, Py_ssize_t j, double[:, ::1] out) noexcept
     cdef void fuse(self, Mixture found, Channel c, Py_ssize_t j, double dt, double w, double scale,

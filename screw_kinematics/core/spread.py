@@ -37,6 +37,10 @@ BEHIND = cython.declare(cython.double, 2.0)
 CAUTION = cython.declare(cython.double, 1.25)
 """Factor of what is noise: errors of a motion that jumps are mostly small, large at its jumps."""
 
+AMPLE = cython.declare(cython.double, 3.0)
+FADING = cython.declare(cython.double, 0.02)
+"""Factor of what is not known in a pause, and how fast that fades after it, s."""
+
 SURE = cython.declare(cython.double, 12.0)
 """Changes after which the step of an encoder is one: a few may be multiples of any."""
 
@@ -78,7 +82,7 @@ class Spread:
             self.compare(found, c, j, dt)
         self.mix(found, c, j)
         if c.shaken and self.known_noise == 0.0:
-            self.pause(found, c, j)
+            self.pause(c, j, dt, self.steps.latest - found.top // 10 + 1)
         self.carry(found.r, j, out)
 
     def compare(self, found: Mixture, c: Channel, j: cython.Py_ssize_t,
@@ -177,41 +181,44 @@ class Spread:
         self.add(1, (CAUTION * 0.625 - 1.0) * n1 + BEHIND * b1 * b1)
         self.add(2, (CAUTION * 0.375 - 1.0) * n2 + BEHIND * b2 * b2)
 
-    def pause(self, found: Mixture, c: Channel, j: cython.Py_ssize_t) -> None:
+    def pause(self, c: Channel, j: cython.Py_ssize_t, dt: cython.double,
+              after: cython.longlong) -> None:
         """
-        Add what is not known in a pause, and just after it.
+        Add what is not known in a pause, and less and less after it.
 
         That is what filters of all bandwidths expect across it, their geometric mean: those that
-        have weight say only what the motion was like before.
+        have weight say only what the motion was like before. `after`: the step after the instant.
         """
         i: cython.Py_ssize_t
         k: cython.Py_ssize_t
         m: cython.Py_ssize_t = self.m
-        row: cython.Py_ssize_t
-        after: cython.longlong = self.steps.latest - found.top // 10 + 1
+        at: cython.Py_ssize_t
         slot: cython.Py_ssize_t = 0
+        step: cython.double = c.r * TIME_UNIT
         if self.delayed:
-            if after > self.steps.latest:
-                return
             slot = after % self.steps.size
-            if self.steps.times[slot, 0] - self.steps.times[(after - 1) % self.steps.size, 0] \
-                    < c.paused:
-                return
-        elif c.r * TIME_UNIT < c.paused:
-            return
+            step = 0.0
+            if after <= self.steps.latest:
+                step = (self.steps.times[slot, 0]
+                        - self.steps.times[(after - 1) % self.steps.size, 0])
+        faded: cython.double = exp(-dt / FADING)
         for i in range(3):
-            row = 3 * i + (1 if i > 0 else 0)
-            total: cython.double = 0.0
-            count: cython.double = 0.0
-            for k in range(m):
-                v: cython.double = c.mean[j * m + k]
-                v *= self.steps.covariances[slot, row * m + k] if self.delayed else \
-                    self.gains.ahead[row, k]
-                if v > 0.0:
-                    total += log(v)
-                    count += 1.0
-            if count > 0.0:
-                self.add(i, exp(total / count))
+            c.tail[i, j] *= faded
+            if step >= c.paused and step > 0.0:
+                at = 3 * i + (1 if i > 0 else 0)
+                total: cython.double = 0.0
+                count: cython.double = 0.0
+                for k in range(m):
+                    v: cython.double = c.mean[j * m + k]
+                    v *= self.steps.covariances[slot, at * m + k] if self.delayed else \
+                        self.gains.ahead[at, k]
+                    if v > 0.0:
+                        total += log(v)
+                        count += 1.0
+                if count > 0.0:
+                    total = AMPLE * exp(total / count)
+                    c.tail[i, j] = total if total > c.tail[i, j] else c.tail[i, j]
+            self.add(i, c.tail[i, j])
 
     def add(self, i: cython.Py_ssize_t, variance: cython.double) -> None:
         """Add to the variance of component i, 0 to 2; its correlations stay."""

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from math import sqrt
+from math import hypot, sqrt
 from typing import NamedTuple
 
 from .tick_counter import LONGEST, TickCounter
@@ -32,17 +32,19 @@ def unknown_time(ticks: TickCounter, tally: Tally, messages: float) -> float:
     """
     Return the standard deviation of the device's time at a stamp that none can know, s.
 
-    Who reads by another clock takes readings that are up to a period old; where both beat
-    slowly, the joints tell the ticks, but nothing tells what is between. `messages`: their
+    The line through ticks and stamps ends where they are needed, known by two standard errors of
+    its mean. Who reads by another clock takes readings that are up to a period old; where both
+    beat slowly, the joints tell the ticks, but nothing tells what is between. `messages`: their
     period, s.
     """
     held, fresh, lost = tally
+    line = 2.0 * ticks.deviation / sqrt(max(ticks.line.pairs(), 1))
     if held + fresh < ENOUGH or not (held > HOLDS or lost > SKIPS * fresh):
-        return 0.0
+        return line
     shorter, longer = min(ticks.period, messages), max(ticks.period, messages)
     # The line through the stamps averages a beat that is faster than it remembers.
     beats = abs(longer / shorter - round(longer / shorter)) * LONGEST / longer
-    return shorter / sqrt(12.0) / max(1.0, beats)
+    return hypot(line, shorter / sqrt(12.0) / max(1.0, beats))
 
 
 def clock_doubts(ticks: TickCounter | None, tally: Tally) -> list[str]:

@@ -1,0 +1,78 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The truth is within what estimates state, as often as it should, and never far beyond."""
+import numpy as np
+import pytest
+from screw_kinematics.motion import MotionEstimator
+from support.motions import sines
+
+RATE = 500.0
+JOINTS = 6
+
+
+WANTED = (0.63, 0.92), (0.73, 0.98)
+BOUNDS = {(0.0, 0): WANTED, (0.0, 1): ((0.55, 0.85), (0.73, 0.98)),
+          (0.02, 0): WANTED, (0.02, 1): WANTED,
+          (0.05, 0): ((0.63, 0.92), (0.80, 0.98)), (0.05, 1): WANTED}
+"""Shares within 1 and 1.96 deviations: least and most; of velocities 0, of accelerations 1."""
+
+
+def sizes_of(estimator, motion, stamps, positions, velocities=None, settled=0.5):
+    """Return errors of velocities and accelerations in stated deviations, (N, 2, n)."""
+    sizes = []
+    for k, (stamp, position) in enumerate(zip(stamps.tolist(), positions)):
+        found = estimator.update(stamp, position, None if velocities is None else velocities[k])
+        if found is not None and found.stamp > settled:
+            true = motion(np.array([found.stamp]))[1:3, 0]
+            sizes.append(np.abs(found.state[1:3] - true)
+                         / np.sqrt(found.covariance[:, [1, 2], [1, 2]].T))
+    return np.array(sizes)
+
+
+def alike(noise, share):
+    """Return noise whose neighbours are alike."""
+    noise = noise.copy()
+    for k in range(1, len(noise)):
+        noise[k] += share * (noise[k - 1] - noise[k])
+    return noise
+
+
+@pytest.mark.parametrize('delay', [0.0, 0.02, 0.05])
+@pytest.mark.parametrize('wobble', [0.0, 0.3])
+@pytest.mark.parametrize('share', [0.0, 0.8])
+def test_the_truth_is_within_the_intervals_as_often_as_they_say(share, wobble, delay):
+    sizes = []
+    for seed in range(3):
+        rng, motion = np.random.default_rng(seed), sines(seed, JOINTS)
+        stamps = (np.arange(2000) + wobble * rng.uniform(-0.5, 0.5, 2000)) / RATE
+        noise = alike(3e-5 * rng.normal(size=(len(stamps), JOINTS)), share)
+        sizes.append(sizes_of(MotionEstimator(JOINTS, delay=delay), motion, stamps,
+                              motion(stamps)[0] + noise))
+    sizes = np.concatenate(sizes)
+    within = np.array([(sizes < width).mean(axis=(0, 2)) for width in (1.0, 1.96)])
+    if share:       # what is slow in it looks like motion: caution is all that can be asked for
+        assert (within[0] > 0.63).all() and (within[1] > 0.92).all(), within
+        return
+    for kind, (one, two) in enumerate(within.T):
+        least, most = BOUNDS[delay, kind]
+        assert least[0] < one < most[0] and least[1] < two < most[1], within
+
+
+@pytest.mark.parametrize('delay', [0.0, 0.02])
+@pytest.mark.parametrize('measured', [False, True])
+@pytest.mark.parametrize('longest', [12, 100])
+def test_after_a_pause_deviations_contain_what_is_not_known_yet(longest, measured, delay):
+    """Samples come in stretches of any length, with pauses between that begin no new run."""
+    rng, motion = np.random.default_rng([longest, measured]), sines(1, JOINTS, 1.5)
+    ticks, now = [], 0
+    while len(ticks) < 2500:
+        stretch = rng.integers(1, longest)
+        ticks += range(now, now + stretch)
+        now += stretch + rng.integers(1, 240)
+    stamps = 1e-3 * np.array(ticks)
+    q, v = motion(stamps)[:2]
+    velocities = v + 1e-4 * rng.normal(size=v.shape) if measured else None
+    sizes = sizes_of(MotionEstimator(JOINTS, delay=delay), motion, stamps,
+                     np.round(q / 1e-5) * 1e-5, velocities, settled=0.0)
+    assert len(sizes) > 2300
+    assert sizes.max() < 10.0
