@@ -1,14 +1,16 @@
 # Copyright screw_kinematics contributors
 # SPDX-License-Identifier: Apache-2.0
 """Messages of a moving base are read as the middleware writes them, or refused."""
-from geometry_msgs.msg import TwistStamped
 from hypothesis import given, settings, strategies as st
-from nav_msgs.msg import Odometry
 import numpy as np
 import pytest
-from rclpy.serialization import serialize_message
 from screw_kinematics.errors import MalformedMessageError
 from screw_kinematics.messages.base_motion import read_odometry, read_twist, READERS
+
+pytest.importorskip('rclpy', reason='comes with ROS')
+from geometry_msgs.msg import TwistStamped    # noqa: E402
+from nav_msgs.msg import Odometry    # noqa: E402
+from rclpy.serialization import serialize_message    # noqa: E402
 
 text = st.text(st.characters(exclude_characters='\0', exclude_categories=('Cs',)), max_size=30)
 stamps = st.integers(-2**31 * 10**9, 2**31 * 10**9 - 1)

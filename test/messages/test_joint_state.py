@@ -7,12 +7,14 @@ import sys
 
 from hypothesis import given, settings, strategies as st
 import pytest
-from rclpy.serialization import deserialize_message, serialize_message
 from screw_kinematics.errors import MalformedMessageError
 from screw_kinematics.messages import joint_state as cdr
 from screw_kinematics.messages.joint_state import JointStateDecoder
-from screw_kinematics.node.foreign_encoding import read_by_middleware
-from sensor_msgs.msg import JointState
+
+pytest.importorskip('rclpy', reason='comes with ROS')
+from rclpy.serialization import deserialize_message, serialize_message    # noqa: E402
+from screw_kinematics.node.foreign_encoding import read_by_middleware    # noqa: E402
+from sensor_msgs.msg import JointState    # noqa: E402
 
 text = st.text(st.characters(exclude_characters='\0', exclude_categories=('Cs',)), max_size=40)
 numbers = st.lists(st.floats(), max_size=60)

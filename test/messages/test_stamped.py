@@ -1,13 +1,15 @@
 # Copyright screw_kinematics contributors
 # SPDX-License-Identifier: Apache-2.0
 """Every encoder writes what the middleware writes for the same message."""
-from geometry_msgs import msg
 from hypothesis import given, settings, strategies as st
 import numpy as np
 import pytest
-from rclpy.serialization import deserialize_message, serialize_message
 from screw_kinematics.errors import InvalidValueError
 from screw_kinematics.messages import stamped as encoders
+
+pytest.importorskip('rclpy', reason='comes with ROS')
+from geometry_msgs import msg    # noqa: E402
+from rclpy.serialization import deserialize_message, serialize_message    # noqa: E402
 
 text = st.text(st.characters(exclude_characters='\0', exclude_categories=('Cs',)), max_size=40)
 stamps = st.integers(-2**31 * 10**9, 2**31 * 10**9 - 1)
