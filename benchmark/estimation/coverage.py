@@ -120,7 +120,7 @@ def table(rows: Iterable[tuple[str, Sequence[Deviations]]]) -> Table:
     shown.add_column('condition', no_wrap=True)
     for delay in DELAYS:
         for what in QUANTITIES:
-            shown.add_column(f'{what} {1e3 * delay:.0f} ms', justify='right', no_wrap=True)
+            shown.add_column(f'{what}\n{1e3 * delay:.0f} ms', justify='right')
     for name, by_delay in rows:
         shown.add_row(name, *(_cell(found.get(what)) for found in by_delay
                               for what in QUANTITIES))
