@@ -7,13 +7,15 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ..screws.se3 import Array
+
 __all__ = ['through_jacobian']
 
 
-def through_jacobian(jacobian: Sequence[float], variances: Sequence[float],
+def through_jacobian(jacobian: Sequence[float] | Array, variances: Sequence[float],
                      together: Sequence[float] = ()) -> list[float]:
     """
-    Return the covariance of a six-vector, of joints that err independently but for a part.
+    Return the covariance of a vector, of joints that err independently but for a part.
 
     ``J (diag(variances - together^2) + together together^T) J^T``, for a twist from the variances
     of joint velocities, and to leading order for an acceleration from those of joint
@@ -22,8 +24,8 @@ def through_jacobian(jacobian: Sequence[float], variances: Sequence[float],
 
     Parameters
     ----------
-    jacobian : sequence of 6 * n float
-        d twist / d qd, row by row, angular rows first.
+    jacobian : sequence of 6 * n float, or array, shape (rows, n)
+        d twist / d qd, row by row, angular rows first; or any rows of it.
     variances : sequence of n float
         Variances of the joints' rates or accelerations; NaN where not known.
     together : sequence of n float, optional
@@ -32,7 +34,7 @@ def through_jacobian(jacobian: Sequence[float], variances: Sequence[float],
 
     Returns
     -------
-    list of 36 float
+    list of 36 float, or of rows * rows
         Row by row, angular first. All zero, which means "not known" in ROS messages, if the
         variance of a joint is not known.
 
@@ -45,7 +47,8 @@ def through_jacobian(jacobian: Sequence[float], variances: Sequence[float],
 
     """
     values = np.array(variances)
-    J = np.array(jacobian).reshape(6, -1)    # noqa: N806
+    J = np.asarray(jacobian)                 # noqa: N806
+    J = J if J.ndim == 2 else J.reshape(6, -1)    # noqa: N806
     if len(together):
         common = np.array(together)
         values = values - common * common
@@ -54,6 +57,6 @@ def through_jacobian(jacobian: Sequence[float], variances: Sequence[float],
     else:
         covariance = (J * values).dot(J.T)
     if not np.all(np.isfinite(covariance)):
-        return [0.0] * 36
+        return [0.0] * covariance.size
     out: list[float] = covariance.ravel().tolist()
     return out

@@ -23,7 +23,6 @@ from ..messages.joint_motion import JointStateEncoder, JointTrajectoryEncoder
 from ..messages.stamped import (
     ImuEncoder, PoseEncoder, TwistEncoder, TwistWithCovarianceEncoder, VelocityEncoder)
 from ..screws.rotations import quaternion_from_row
-from ..screws.se3 import Array
 
 
 @dataclass(frozen=True)
@@ -247,17 +246,9 @@ class ImuWriter:
         if self._at_base:       # from the point at the base's origin to the tip
             moving = moving + np.cross(turning, felt.to_base.T @ row[:3], axisa=0, axisc=0)
         of_position, of_velocity, of_acceleration = (
-            np.array(self._joints.variances(state, k)) for k in range(3))
+            through_jacobian(rows, self._joints.variances(state, k),
+                             self._joints.together(state, k))
+            for k, rows in enumerate((turning, turning, moving)))
         return self._encoder.encode(state.stamp_ns, [
-            *quaternion_from_row(row[3:]), *_covariance(turning, of_position),
-            *omega, *_covariance(turning, of_velocity),
-            *force, *_covariance(moving, of_acceleration)])
-
-
-def _covariance(jacobian: Array, variances: Array) -> list[float]:
-    """Return a covariance row by row; all zero, as in ROS messages, if it is not known."""
-    covariance = (jacobian * variances) @ jacobian.T
-    if not np.all(np.isfinite(covariance)):
-        return [0.0] * 9
-    values: list[float] = covariance.ravel().tolist()
-    return values
+            *quaternion_from_row(row[3:]), *of_position, *omega, *of_velocity,
+            *force, *of_acceleration])

@@ -18,13 +18,13 @@ MOTION = Motion(10**9, [0.3, -0.7, 0.2, 1.1, 0.4, -0.6, 2.0, -3.0, 0.5],
                 [1e-8, 2e-8, 3e-8, 1e-6, 5e-6, 2e-6, 3e-4, 1e-4, 2e-4, 1.0, 1.0, 1.0])
 
 
-def imu(expressed_in, reference_point):
+def imu(expressed_in, reference_point, motion=MOTION):
     """Return the 37 numbers of the message."""
     settings = robot_settings('arm', {
         'outputs': ['imu'], 'expressed_in': expressed_in, 'reference_point': reference_point,
         'gravity': [0.5, -9.0, 2.0]})
     program = compile_robot(ARM, (KINDS['imu'].needs,), settings)
-    state = Kinematics(program, covariance=True).evaluate(MOTION)
+    state = Kinematics(program, covariance=True).evaluate(motion)
     data = message_writer('imu', program.tips[0], ARM, settings).encode(state)
     return np.array(unpack('<37d', data[-37 * 8:]))
 
@@ -42,6 +42,21 @@ def test_covariances_of_the_imu_are_those_of_the_joints_through_the_jacobian():
         J = R.T @ jacobian[rows]
         np.testing.assert_allclose(values[start:start + 9].reshape(3, 3),
                                    J @ np.diag(variances[row]) @ J.T, rtol=1e-9, atol=1e-15)
+
+
+def test_the_imu_errs_along_its_motion_where_the_instant_is_uncertain():
+    late, n = 2e-3, 3
+    along = [late * np.array(MOTION.values[n * k:n * k + n]) for k in (1, 2)]
+    variances = np.reshape(MOTION.variances, (4, n))
+    together = variances + np.square([*along, np.zeros(n), np.zeros(n)])
+    values = imu('base', 'tip', Motion(MOTION.stamp_ns, MOTION.values, together.ravel(), late))
+    q = np.array(MOTION.values[:n])
+    J = ARM.pose(q)[:3, :3].T @ ARM.jacobian(q, 'tip')[:3]
+    for start, k in ((4, 0), (16, 1)):
+        np.testing.assert_allclose(
+            values[start:start + 9].reshape(3, 3),
+            J @ (np.diag(variances[k]) + np.outer(along[k], along[k])) @ J.T, rtol=1e-9,
+            atol=1e-15)
 
 
 def test_columns_of_a_tip():
