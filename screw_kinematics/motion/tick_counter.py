@@ -16,6 +16,10 @@ LONGEST = 2.0
 PAIRS = 256
 """Pairs of tick and stamp, at most, through which the line is drawn."""
 
+SOUND = 0.1
+"""For how long pairs are sound, at least, where the period proves wrong, s: the slope of fewer is
+rather noise."""
+
 LATE = 12
 """Stamps in a row that must all be late for their clock to have been set."""
 
@@ -178,7 +182,7 @@ class TickCounter:
             self._recent.clear()
             self.sets += 1.0
             if self.lean * shift > 0.6 * abs(shift):    # so for long: the period is wrong
-                self.forget(24 * self._stride)
+                self.forget(max(24 * self._stride, int(SOUND / period)))
             else:
                 self.shift += shift
         if sure and self.count % self._stride == 0:
