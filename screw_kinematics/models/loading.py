@@ -8,7 +8,7 @@ import os
 from pathlib import Path
 from typing import Any
 
-from .fields import listed
+from .fields import listed, shown
 from .guarded_xml import MAX_BYTES
 from .guarded_yaml import read_yaml
 from .model_file import robot_from_data
@@ -63,6 +63,9 @@ def load(uri: str | os.PathLike[str], base_frame: str | None = None,
     """
     if not isinstance(uri, (str, os.PathLike)) or not str(uri).strip():
         raise ModelError(repr(uri), 'is no description; allowed: a path or URI')
+    if str(uri).lstrip().startswith('<'):
+        raise ModelError(shown(str(uri)), 'is a description as text; allowed: a path or URI; text '
+                         'is for models.load_urdf')
     source, arguments = split_arguments(os.fspath(uri))
     path = local_path(source)
     ending = path.suffix.lower()

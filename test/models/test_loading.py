@@ -83,7 +83,10 @@ def test_own_robots_need_no_ros(robot, monkeypatch):
     ('~nobody/arm.yaml', 'no such file'),
     ('http://[', 'no robot description'),
     ('', "^'': is no description; allowed: a path"), (' ', 'is no description'),
-    (None, 'None: is no description; allowed: a path'), (5, '5: is no description')])
+    (None, 'None: is no description; allowed: a path'),
+    ('<?xml version="1.0"?>\n<robot name="r">' + '<link name="a"/>' * 1000,
+     'is a description as text; allowed: a path or URI; text is for models.load_urdf'),
+    (5, '5: is no description')])
 def test_bad_uris_are_refused(uri, message):
     with pytest.raises(ModelError, match=message):
         models.load(uri)
