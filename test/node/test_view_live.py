@@ -13,10 +13,12 @@ import numpy as np
 import pytest
 import rclpy
 from rclpy.qos import DurabilityPolicy, QoSProfile
+from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 
 pytest.importorskip('viser')
 
+from screw_kinematics import models    # noqa: E402
 from screw_kinematics.tools import stage    # noqa: E402
 from screw_kinematics.tools.processes import Children    # noqa: E402
 from screw_kinematics.tools.view.live import LiveRobots, look_around    # noqa: E402
@@ -59,6 +61,36 @@ def test_states_of_the_node_are_near_the_truth(ros_domain):
         assert np.quantile(errors, 0.8) < bound, kind
     times = [snapshot.time for snapshot in motion.snapshots]
     assert times == sorted(set(times))
+
+
+@pytest.mark.parametrize('prefix', ['', 'left_'])
+@pytest.mark.parametrize('axes', ['base', 'tip'])
+def test_vectors_are_drawn_in_axes_of_the_base(ros_domain, context, axes, prefix):
+    """As each header says whose axes they are in."""
+    robot = models.load('package://screw_kinematics/config/robots/puma560.yaml')
+    q = np.array([0.3, -0.7, 0.4, 0.9, 0.6, -0.2])
+    turn = robot.state(q).pose[:3, :3] if axes == 'tip' else np.eye(3)
+    node = rclpy.create_node('cell', context=context)
+    joints, twist, accel = JointState(name=robot.joint_names, position=q), TwistStamped(), \
+        AccelStamped()
+    twist.header.frame_id = accel.header.frame_id = prefix + (
+        robot.tip_frame if axes == 'tip' else robot.base_frame)
+    for vectors, first in ((twist.twist, 1.0), (accel.accel, -4.0)):
+        for k, vector in enumerate((vectors.angular, vectors.linear)):
+            vector.x, vector.y, vector.z = turn.T @ (first + 3 * k + np.arange(3))
+    publishers = [(node.create_publisher(type(message), topic, 1), message) for topic, message in (
+        ('joint_states', joints), ('arm/twist', twist), ('arm/accel', accel))]
+    motion = ShownMotion('arm', robot)
+    with LiveRobots([motion], [['joint_states']], '') as robots:
+        for _ in range(int(LIMIT / 0.05)):
+            for publisher, message in publishers:
+                publisher.publish(message)
+            robots.listen(0.05)
+            if motion.snapshots:
+                break
+    np.testing.assert_allclose(motion.snapshots[0].twist, np.arange(1.0, 7.0), atol=1e-12)
+    np.testing.assert_allclose(motion.snapshots[0].accel, np.arange(-4.0, 2.0), atol=1e-12)
+    node.destroy_node()
 
 
 def test_the_demo_offers_the_page(ros_domain):

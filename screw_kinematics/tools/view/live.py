@@ -189,8 +189,17 @@ class _LiveRobot:
         if self._exact is not None:
             state = self._exact(stamp)
             exact = np.array([state.classical(1), state.classical(2)])
-        return Snapshot(time, q, moved(robot.skeleton(q), base), seen, six_vector(twist.twist),
-                        six_vector(accel.accel), exact=exact, base=base)
+        return Snapshot(time, q, moved(robot.skeleton(q), base), seen,
+                        self._turned(twist.header, six_vector(twist.twist), seen),
+                        self._turned(accel.header, six_vector(accel.accel), seen),
+                        exact=exact, base=base)
+
+    def _turned(self, header: Any, vectors: Array, tip: Array) -> Array:
+        """Return two vectors in the axes of what the tip's pose is relative to."""
+        robot = self._motion.robot
+        if robot.tip_frame == robot.base_frame or not header.frame_id.endswith(robot.tip_frame):
+            return vectors
+        return (tip[:3, :3] @ vectors.reshape(2, 3).T).T.ravel()
 
     def _joints_at(self, stamp: int) -> Array:
         """Return the joint positions at an instant, which may be before the newest ones."""

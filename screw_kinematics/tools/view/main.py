@@ -134,6 +134,9 @@ def _show_live(arguments: argparse.Namespace, settings: Sequence[RobotSettings],
         if robot.relative_to == 'world' and 'pose' not in robot.outputs:
             raise ParameterError(f'{robot.name}.outputs', list(robot.outputs), 'pose among them, '
                                  'which tells where the moving base is')
+        if robot.reference_point == 'base':
+            raise ParameterError(f'{robot.name}.reference_point', 'base', "'tip', whose motion "
+                                 'is drawn')
         text = None if topic is None else texts[topic]
         motions.append(ShownMotion(robot.topic, build_model(robot, text),
                                    description=robot.description if text is None else text,
