@@ -266,6 +266,9 @@ class Bank:
             if i <= 0:
                 return TOO_EARLY if i == 0 else TOO_LONG_AGO
             self.steps.make_taps(i, self.used, self.steady)
+        if spread and fresh:
+            self.spread.begin(self.position, self.dt)
+            self.spread.begin(self.velocity, self.dt)
         for j in range(self.n):
             self.mixture.look(self.position, j, i, at, self.time)
             self.mixture.mix(self.position, j, 2, self.pace.period)

@@ -38,7 +38,8 @@ cdef class Channel:
     cdef double[::1] before     # the same before the sample that waits
     cdef double[::1] weight
     cdef double[:, ::1] excess  # what wider filters show of errors, (3, n M)
-    cdef double told            # how often
+    cdef double told            # how often,
+    cdef double lately          # and what the latest time counts
     cdef double[:, ::1] tail    # what a pause has left unknown, (3, n)
     cdef bint shaken            # whether there was a pause just now,
     cdef double paused          # a step from which on it is one [s]

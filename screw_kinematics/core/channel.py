@@ -102,7 +102,7 @@ class Channel:
         self.mean, self.before, self.weight = zeros(n * m), zeros(n * m), zeros(n * m)
         self.states, self.errors = table(1, 1), table(1, 1)
         self.excess, self.tail, self.told = table(3, n * m), table(3, n), 0.0
-        self.shaken, self.paused = False, 0.0
+        self.shaken, self.paused, self.lately = False, 0.0, 1.0
 
     def signal(self, j: cython.Py_ssize_t) -> Signal:
         """Return what is known of a signal."""

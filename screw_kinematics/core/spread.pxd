@@ -24,7 +24,8 @@ cdef class Spread:
 
     cdef void tell(self, Mixture found, Channel c, Py_ssize_t j, double dt,
                    double[:, ::1] out) noexcept
-    cdef void compare(self, Mixture found, Channel c, Py_ssize_t j, double dt) noexcept
+    cdef void begin(self, Channel c, double dt) noexcept
+    cdef void compare(self, Mixture found, Channel c, Py_ssize_t j) noexcept
     cdef void mix(self, Mixture found, Channel c, Py_ssize_t j) noexcept
     cdef void pause(self, Channel c, Py_ssize_t j, double dt, long long after) noexcept
     cdef void add(self, Py_ssize_t i, double variance) noexcept

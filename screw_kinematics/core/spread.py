@@ -79,22 +79,24 @@ class Spread:
         `dt`: how long after the latest sample that was told of [s]; 0 if this is it.
         """
         if dt > 0.0:
-            self.compare(found, c, j, dt)
+            self.compare(found, c, j)
         self.mix(found, c, j)
         if c.shaken and self.known_noise == 0.0:
             self.pause(c, j, dt, self.steps.latest - found.top // 10 + 1)
         self.carry(found.r, j, out)
 
-    def compare(self, found: Mixture, c: Channel, j: cython.Py_ssize_t,
-                dt: cython.double) -> None:
+    def begin(self, c: Channel, dt: cython.double) -> None:
+        """Begin to tell of a channel's signals, so long after the time before [s]."""
+        c.told += 1.0
+        c.lately = 1.0 - exp(-dt / MEMORY)
+        c.lately = c.lately if c.lately * c.told > 1.0 else 1.0 / c.told
+
+    def compare(self, found: Mixture, c: Channel, j: cython.Py_ssize_t) -> None:
         """Follow by how much each filter differs from the next wider one beyond noise."""
         i: cython.Py_ssize_t
         k: cython.Py_ssize_t
         first: cython.Py_ssize_t = j * self.m
-        if j == 0:
-            c.told += 1.0
-        share: cython.double = 1.0 - exp(-dt / MEMORY)
-        share = share if share * c.told > 1.0 else 1.0 / c.told
+        share: cython.double = c.lately
         x: cython.double[:, ::1] = found.states
         p: cython.double[:, ::1] = self.steps.smoothed if self.delayed else self.gains.p
         four: cython.double[::1] = self.gains.four
@@ -269,10 +271,8 @@ class Spread:
         self.tell(found, c, j, dt, s)
         self.claimed[j] = own * (1.0 - w)
         if dt > 0.0:
-            share: cython.double = 1.0 - exp(-dt / MEMORY)
-            share = share if share * c.told > 1.0 else 1.0 / c.told
-            a[0, j] += share * (dv * dv - a[0, j])
-            a[1, j] += share * (da * da - a[1, j])
+            a[0, j] += c.lately * (dv * dv - a[0, j])
+            a[1, j] += c.lately * (da * da - a[1, j])
         v1: cython.double = s[4, j] / (scale * scale) + doubt
         v2: cython.double = s[8, j] / (scale * scale)
         o1: cython.double = out[8, j]

@@ -76,3 +76,15 @@ def test_after_a_pause_deviations_contain_what_is_not_known_yet(longest, measure
                      np.round(q / 1e-5) * 1e-5, velocities, settled=0.0)
     assert len(sizes) > 2300
     assert sizes.max() < 10.0
+
+
+def test_a_joint_without_velocity_leaves_the_others_deviations_right():
+    rng, motion = np.random.default_rng(1), sines(1, JOINTS)
+    stamps = np.arange(1000) / RATE
+    q, v = motion(stamps)[:2]
+    velocities = v + 1e-3 * rng.normal(size=v.shape)
+    velocities[:, 0] = 0.0
+    sizes = sizes_of(MotionEstimator(JOINTS), motion, stamps,
+                     q + 1e-5 * rng.normal(size=q.shape), velocities)
+    assert 0.1 < np.median(sizes) < 1.0
+    assert np.isfinite(sizes).all()
