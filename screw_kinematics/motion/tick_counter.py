@@ -16,7 +16,7 @@ LONGEST = 2.0
 PAIRS = 256
 """Pairs of tick and stamp, at most, through which the line is drawn."""
 
-SOUND = 0.1
+SOUND = 0.05
 """For how long pairs are sound, at least, where the period proves wrong, s: the slope of fewer is
 rather noise."""
 
