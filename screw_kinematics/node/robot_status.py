@@ -36,6 +36,8 @@ class RobotCounts:
         account = robot.account
         self.time = time.monotonic()
         self.received, self.outputs = account.received, account.outputs
+        self.foreign = False
+        """Whether stamps of the latest outputs were not of this clock."""
         self.faults = faults_of(robot).total()
         self.without_base = account.without_base
         base = base_of(robot)
@@ -75,6 +77,7 @@ class RobotStatus:
         # How old the latest output is [s]; None if there is none.
         self._age = (now_ns - robot.stamp_ns) * 1e-9 if robot.stamp_ns else None
         self._new_outputs = self.counts.outputs - self._since.outputs
+        self.counts.foreign = self._foreign_age() is not None
 
     def values(self) -> dict[str, Any]:
         """Return what is reported of a robot, by name."""
@@ -206,8 +209,9 @@ class RobotStatus:
         """Return how old outputs are by stamps of another clock [s]; None if it is this one."""
         limit = FOREIGN_AGE + self._robot.settings.motion.delay
         age = self._age
-        foreign = age is not None and (age < -limit or self._new_outputs > 0 and age > limit)
-        return age if foreign else None
+        # One that is old is of this clock where the stream has but ended.
+        comes = self._new_outputs > 0 or self._since.foreign
+        return age if age is not None and (age < -limit or comes and age > limit) else None
 
 
 def base_of(robot: Robot) -> MovingBase | None:

@@ -75,6 +75,8 @@ def test_stamps_of_another_clock(rig, robot, seconds, words):
     _, _, values = told(rig, robot, lambda level, message, _: level == b'\1' and
                         'stamps are not of this clock' in message and words in message, seconds)
     assert values['age of last output [s]'] == 'not of this clock'
+    rig.wait(lambda: rig.status(robot)[2]['output rate [Hz]'] == '0.0')     # nor when none comes
+    assert rig.status(robot)[2]['age of last output [s]'] == 'not of this clock'
 
 
 @pytest.mark.parametrize('name', ['', 'nope', 'arm.', '.', 'never.nope'])
