@@ -22,6 +22,7 @@ cdef class VelocityTrust:
     cdef double parted(self, double z, double v, double dt) noexcept
     cdef void compare(self, double z, double v, double dt, double acceleration, double noise,
                       bint settling) noexcept
+    cdef void discount(self, double share) noexcept
     cpdef bint differenced(self) noexcept
     cdef bint usable(self) noexcept
     cdef double speed(self, double foreseen, double acceleration) noexcept

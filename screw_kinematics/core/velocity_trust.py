@@ -31,6 +31,10 @@ RIGHT = cython.declare(cython.double, 0.05)
 """Samples from which on a velocity may tell how far its joint went, and by what share of it it may
 be too large."""
 
+QUIETER = cython.declare(cython.double, 1e-2)
+LITTLE = cython.declare(cython.double, 1e-10)
+"""Share of their noise's variance to which positions fall that are of another kind: a second
+publisher has gone, a sensor has settled; and what is too little to tell kinds apart [rad^2]."""
 
 UNKNOWN = cython.declare(cython.double, 1e300)
 
@@ -69,6 +73,9 @@ class VelocityTrust:
             self.missing += 1.0
             return
         self.missing = 0.0
+        quiet: cython.double = noise if noise > LITTLE else LITTLE
+        if quiet < QUIETER * self.noise:
+            self.discount(quiet / self.noise)
         if v != 0.0:
             self.alive += 1.0
         if self.count > 0.0:
@@ -116,6 +123,18 @@ class VelocityTrust:
                 self.scale = scale if scale < 0.1 else 0.1
         self.position, self.latest = z, v
         self.count += 1.0
+
+    def discount(self, share: cython.double) -> None:
+        """Let all that was learnt so far count so much less."""
+        self.wc *= share
+        self.cc *= share
+        self.wx *= share
+        self.xx *= share
+        self.xc *= share
+        self.left *= share
+        self.back *= share
+        self.true *= share
+        self.noise *= share
 
     def differenced(self) -> cython.bint:
         """Whether it is merely the last step over its time, as far as noise can tell."""

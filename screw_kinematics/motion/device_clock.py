@@ -190,7 +190,7 @@ class DeviceClock:
         if pause:
             d = near
             if not (regular or self.proven):
-                self._begin_anew()                      # it may be no clock at all
+                self.begin_anew()                       # it may be no clock at all
                 return self._begin(stamp, position, same)
         if d and same and self._repeated.standing:
             self._repeated.stopped(position)
@@ -266,7 +266,7 @@ class DeviceClock:
             replay = self._judge()
         if self._wrong > 0.4 or self._contrary > 2 or (
                 self.ticks is ticks and ticks.sets > 3.0 and abs(ticks.lean) > 0.8):
-            replay = self._begin_anew() or replay
+            replay = self.begin_anew() or replay
         return Placed(self._time, self._time + self._ahead, 1.0 / self._ratio, 0.0, replay)
 
     def _goes_on(self, position: array[float], x: float, unit: float, bank: Bank) -> bool:
@@ -298,7 +298,7 @@ class DeviceClock:
             self.unit = self.ticks.period * self._ratio
         return Placed(self._time, self._time, 1.0 / self._ratio, 0.0, None)
 
-    def _begin_anew(self) -> list[tuple[float, array[float]]] | None:
+    def begin_anew(self) -> list[tuple[float, array[float]]] | None:
         """Go by the stamps, since the ticks are not what they were; count anew."""
         replay = None
         if self._readings.number() >= BLOCK:

@@ -8,7 +8,7 @@ from .joint_estimator cimport JointEstimator
 from .joint_motion cimport JointMotion
 from ..core.bank cimport Bank
 
-cdef double LONGEST_AGE, PERIODS, ONWARD, SHORTEST, PAUSE
+cdef double LONGEST_AGE, PERIODS, ONWARD, SHORTEST, PAUSE, JUMPS, RECENT
 cdef long SETTLED
 
 
@@ -20,7 +20,7 @@ cdef class MotionEstimator(JointEstimator):
     cdef public Bank _bank
     cdef object _agreed
     cdef bint _trusted, _regularise
-    cdef double _settled, _shift, _back
+    cdef double _settled, _shift, _back, _jumps
 
     @cython.locals(own=double, last=double, bank=Bank, period=double, before=double,
                    passed=double, ticks=double)

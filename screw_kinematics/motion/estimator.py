@@ -34,6 +34,10 @@ SHORTEST, PAUSE = 0.1, 0.01
 """While a run is shorter than `SHORTEST` s, accelerations within four times their noise are not
 told; samples further apart than `PAUSE` s count as so far apart: a pause tells nothing."""
 
+JUMPS, RECENT = 3.0, 0.02
+"""Jumps that no joint can do, of late, from which on samples are of more than one device: of the
+last 1 / `RECENT` samples, about. They tell no clock."""
+
 FEW = 100
 """Samples from which on velocities are judged."""
 
@@ -113,6 +117,8 @@ class MotionEstimator(JointEstimator):
         """Time that samples of the run have told of, s; up to `SHORTEST`."""
         self._shift = 0.0
         """By how much the stamps' clock was set back while the joints moved on, s."""
+        self._jumps = 0.0
+        """Jumps that no joint can do, of late."""
         self._back = inf
         """The latest stamp if it was old while the joints moved on, s; else infinite."""
 
@@ -186,12 +192,13 @@ class MotionEstimator(JointEstimator):
         admission.period = clock.period
         dt = admission.admit(self._unset(stamp, position), position)
         if not isinstance(dt, float):
+            self._jumps += dt is Reason.IMPLAUSIBLE_JUMP
             return dt
         position = admission.position
         if dt == 0.0:
             admission.stamp, self._shift = stamp, 0.0
             self.runs += 1
-            self._settled = 0.0
+            self._settled = self._jumps = 0.0
             self._clock = clock = DeviceClock(self.n_joints)
             clock.start(stamp, position, known)
             bank.start(stamp, position)
@@ -201,6 +208,10 @@ class MotionEstimator(JointEstimator):
         own = admission.stamp
         placed = Placed(own, own, 1.0, 0.0, None) if not self._regularise else clock.update(
             own, position, bank if bank.count > SETTLED else None)
+        if self._jumps > 0.0:
+            self._jumps *= 1.0 - RECENT
+            if self._jumps > JUMPS:
+                clock.begin_anew()      # what it would have replayed is of both devices
         if placed.replay is not None:
             bank.start(*placed.replay[0])
             for time, replayed in placed.replay[1:]:
