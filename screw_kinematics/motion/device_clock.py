@@ -2,7 +2,7 @@
 # Copyright screw_kinematics contributors
 # SPDX-License-Identifier: Apache-2.0
 """When each reading was taken, in the time of the device that took it."""
-
+from __future__ import annotations
 
 from array import array
 from collections.abc import Sequence
