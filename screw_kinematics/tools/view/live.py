@@ -17,7 +17,7 @@ from ..listener import Listener, require_ros, rotation_of, six_vector, stamp_of,
 from ...recordings.recording import full_name
 from ...screws.body_state import BodyState
 from ...screws.rotations import pose
-from ...screws.se3 import Array, inverse
+from ...screws.se3 import Array, inverse, rotate
 
 Exact = Callable[[int], BodyState]
 """The true state at an epoch time in ns."""
@@ -199,7 +199,7 @@ class _LiveRobot:
         robot = self._motion.robot
         if robot.tip_frame == robot.base_frame or not header.frame_id.endswith(robot.tip_frame):
             return vectors
-        return (tip[:3, :3] @ vectors.reshape(2, 3).T).T.ravel()
+        return rotate(tip[:3, :3], vectors)
 
     def _joints_at(self, stamp: int) -> Array:
         """Return the joint positions at an instant, which may be before the newest ones."""
