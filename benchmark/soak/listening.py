@@ -1,6 +1,7 @@
 # Copyright screw_kinematics contributors
 # SPDX-License-Identifier: Apache-2.0
 """The node in its own process, and the side that listens to it and looks after it."""
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 import json
 import os
@@ -27,7 +28,7 @@ class Broken(RuntimeError):
     """The soak cannot go on."""
 
 
-class Listening:
+class Listening(ABC):
     """
     What every soak has: the node, other processes, a node here that listens.
 
@@ -109,13 +110,13 @@ class Listening:
             self._next_look = now + 1.0
             self.look()
 
+    @abstractmethod
     def check_outputs(self) -> None:
         """Check the outputs that have arrived."""
-        raise NotImplementedError
 
+    @abstractmethod
     def look(self) -> None:
         """See what the processes take; each second."""
-        raise NotImplementedError
 
     def end(self, *others: subprocess.Popen[bytes]) -> int:
         """End everything; return the exit code of the node."""
