@@ -361,10 +361,6 @@ class Bank:
         """Return the weighted state after the latest sample, in a row."""
         return in_a_row(self.now, 0, 4)
 
-    def odd_samples(self) -> list[int]:
-        """Return how many samples of each joint waited for the next one, as improbable."""
-        return [signal.odd for signal in self.position.signals]
-
     def velocity_facts(self) -> list[tuple[float, bool, float, float, float]]:
         """
         Return what is known of each joint's velocity.

@@ -14,7 +14,6 @@ cdef class Signal:
     cdef int waiting            # samples that wait
     cdef double envelope        # usual deviation
     cdef double noise
-    cdef readonly int odd       # number of odd samples
     cdef double limit           # when the first of those that wait came: the limit, whether it was
     cdef bint taken             # taken, the step to it; the state without it
     cdef double step

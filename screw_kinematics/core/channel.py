@@ -40,7 +40,7 @@ class Signal:
     def __init__(self) -> None:
         self.last = self.quantum = self.fit = self.changes = self.noise = 0.0
         self.limit = self.step = self.s0 = self.s1 = self.s2 = self.s3 = 0.0
-        self.odd, self.taken = 0, False
+        self.taken = False
         self.start(0.0)
 
     def start(self, z: cython.double) -> None:
@@ -219,7 +219,6 @@ class Channel:
         u.waiting = 1
         u.pending = deviation
         u.limit, u.step = limit, self.r
-        u.odd += 1
         u.since = u.parted
         u.taken = self.confirmed(u, deviation) or fabs(deviation) < self.plausible and not same
         s1: cython.double = 0.0

@@ -15,9 +15,6 @@ SCALE = (1.0, TIME_UNIT, TIME_UNIT**2 / 2.0, TIME_UNIT**3 / 6.0)
 TRIANGLE = [(i, j) for i in range(4) for j in range(i, 4)]
 """Rows and columns of the numbers of a symmetric matrix: its upper triangle, by rows."""
 
-DIAGONAL = (0, 4, 7, 9)
-"""Which of these are on the diagonal."""
-
 WINDOW = 0.1
 """Memory of the innovations, s."""
 
