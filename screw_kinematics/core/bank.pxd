@@ -1,18 +1,21 @@
 # Copyright screw_kinematics contributors
 # SPDX-License-Identifier: Apache-2.0
+cimport cython
+
 from .channel cimport Channel
 from .gains cimport Gains
 from .mixture cimport Mixture
 from .spread cimport Spread
 from .steps cimport Pace, Steps
 from .travel cimport Travel
-from .velocity_trust cimport VelocityTrust
+from .velocity_trust cimport Fading, VelocityTrust
 
-cdef double DENSEST, SPARSE, TIME_UNIT, WINDOW
+cdef double DENSEST, EVIDENCE, SPARSE, TIME_UNIT, WINDOW
 
 cdef list in_a_row(double[:, ::1] t, Py_ssize_t first, Py_ssize_t end)
 
 
+@cython.final
 cdef class Bank:
     cdef Py_ssize_t n, m
     cdef double wide, delay
@@ -20,13 +23,15 @@ cdef class Bank:
     cdef Gains gains
     cdef Channel position, velocity
     cdef list trust                 # of each joint's velocity
+    cdef Fading keep
     cdef Steps steps
     cdef Pace pace
     cdef Mixture mixture
     cdef Spread spread
     cdef Travel travelled
     cdef double[::1] prior, scale
-    cdef double[::1] lsum           # forgetful means of what filters pay for their variances
+    cdef double[::1] lsum           # forgetful means of what filters pay for their variances,
+    cdef double[::1] price          # and that as a factor
     cdef double[:, ::1] now         # weighted state after the latest sample, (4, n), SI
     cdef double[:, ::1] out         # what was read: 4 rows of state, 10 of covariance, SI
     cdef double[::1] speed          # velocities by which ticks are told
@@ -34,9 +39,9 @@ cdef class Bank:
     # The run.
     cdef readonly long long count   # samples after the first
     cdef double time, dt, rate
-    cdef double used                # step that gains were found for
     cdef long long steady           # steps since the gains changed
-    cdef double span
+    cdef double span                # samples in the means of innovations
+    cdef double evidence, reach     # see `Channel`
     cdef readonly bint with_velocity    # whether velocities come with the positions
     cdef int missing
 

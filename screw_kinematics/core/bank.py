@@ -20,9 +20,9 @@ from .gains import Gains
 from .mixture import Mixture
 from .spread import Spread
 from .steps import Pace, Steps
-from .tables import DENSEST, row, SCALE, SPARSE, table, TIME_UNIT, WINDOW, zeros
+from .tables import DENSEST, EVIDENCE, row, SCALE, SPARSE, table, TIME_UNIT, WINDOW, zeros
 from .travel import Travel
-from .velocity_trust import VelocityTrust
+from .velocity_trust import Fading, VelocityTrust
 if cython.compiled:
     from cython.cimports.libc.math import exp, fabs, isfinite, log, sqrt
 else:
@@ -53,6 +53,9 @@ LONGEST_MISSING = cython.declare(cython.int, 20)
 
 FINEST = cython.declare(cython.double, 1e-6)
 """Steps of an encoder are not known better [rad]."""
+
+NOTHING = cython.declare(cython.double, -37.0)
+"""Logarithm of a weight that is lost in the rounding of others."""
 
 NAN = cython.declare(cython.double, float('nan'))
 
@@ -87,10 +90,10 @@ class Bank:
         self.gains = Gains(bandwidths)
         self.m = self.gains.m
         self.prior = row([(deviation * scale) ** 2 for deviation, scale in zip(PRIOR, SCALE)])
-        self.scale, self.lsum = row(SCALE), zeros(self.m)
-        self.position = Channel(n, self.gains, self.lsum, self.delayed)
-        self.velocity = Channel(n, self.gains, self.lsum, self.delayed)
-        self.trust = [VelocityTrust() for _ in range(n)]
+        self.scale, self.lsum, self.price = row(SCALE), zeros(self.m), zeros(self.m)
+        self.position = Channel(n, self.gains, self.price, self.delayed)
+        self.velocity = Channel(n, self.gains, self.price, self.delayed)
+        self.trust, self.keep = [VelocityTrust() for _ in range(n)], Fading()
         self.steps, self.pace = Steps(self.gains), Pace()
         self.mixture = Mixture(self.gains, self.steps, self.delayed)
         self.spread = Spread(n, self.gains, self.steps, self.delayed, noise)
@@ -105,7 +108,7 @@ class Bank:
         i: cython.Py_ssize_t
         j: cython.Py_ssize_t
         self.count, self.time, self.dt, self.rate = 0, time, 0.0, 1.0
-        self.used = self.span = 0.0
+        self.span = self.evidence = self.reach = 0.0
         self.pace.start(time)
         self.steady, self.missing, self.with_velocity = 0, 0, False
         self.steps.clear()
@@ -146,10 +149,7 @@ class Bank:
         self.time, self.dt, self.rate = time, dt, rate
         self.count += 1
         step: cython.double = self.pace.follow(self.count, time, dt)
-        self.gains.predict(step, self.pace.period)
-        change: cython.double = self.gains.update()
-        self.steady = self.steady + 1 if step == self.used and change < 1e-7 else 0
-        self.used = step
+        self.steady = self.steady + 1 if self.gains.follow(step, self.pace.period) else 0
         share: cython.double = 1.0 - exp(-dt / WINDOW)
         if self.count > DETERMINED:
             first: cython.double = 1.0 / (self.count - DETERMINED)
@@ -186,14 +186,15 @@ class Bank:
                 self.instead[j] = velocity[j] if whole else self.now[1, j] / rate
             self.prepare(self.velocity, share, jump, 0.5 * dt * rate, slot)
             self.velocity.advance(velocity if measured else self.instead, self.instead)
+        self.keep.after(dt)
         for j in range(self.n):
             self.trust_in(j).compare(
-                position[j], velocity[j] * rate if measured else NAN, dt, self.now[2, j],
-                self.position.signal(j).noise, self.count <= FIRST_WAIT)
+                position[j], velocity[j] * rate if measured else NAN, dt, self.keep,
+                self.now[2, j], self.position.signal(j).noise, self.count <= FIRST_WAIT)
         self.with_velocity = self.missing < LONGEST_MISSING
 
     def handicap(self, share: cython.double) -> None:
-        """Follow the logarithms of the innovations' variances, which wide filters pay for."""
+        """Follow what wide filters pay for their innovations' variances, and what scores tell."""
         k: cython.Py_ssize_t
         wide: cython.double = self.wide
         if self.delayed:
@@ -201,30 +202,39 @@ class Bank:
             dense = dense if dense < DENSEST else DENSEST
             wide *= sqrt(dense)
         for k in range(self.m):
-            self.lsum[k] += share * ((1.0 + wide) * log(self.gains.s[k]) - self.lsum[k])
+            self.lsum[k] += share * ((1.0 + wide) * self.gains.logs[k] - self.lsum[k])
+            self.price[k] = exp(self.lsum[k])
+        self.evidence = -0.5 * EVIDENCE * self.span
+        self.reach = exp(NOTHING / self.evidence)
 
     def prepare(self, c: Channel, share: cython.double, plausible: cython.double,
                 half: cython.double, slot: cython.Py_ssize_t) -> None:
         """Tell a channel of the step to its next sample."""
-        c.r, c.share, c.span, c.plausible = self.dt / TIME_UNIT, share, self.span, plausible
+        c.r, c.share, c.plausible = self.dt / TIME_UNIT, share, plausible
+        c.evidence, c.reach = self.evidence, self.reach
         c.settling, c.slot, c.half = self.count <= FIRST_WAIT, slot, half
         c.determined, c.shaken = self.count > DETERMINED, self.pace.felt(self.time)
         c.paused = self.pace.pause
 
     def average(self) -> None:
         """Find the weighted state after the latest sample."""
-        i: cython.Py_ssize_t
         j: cython.Py_ssize_t
         k: cython.Py_ssize_t
         m: cython.Py_ssize_t = self.m
-        x: cython.double[:, ::1] = self.position.x
-        w: cython.double[::1] = self.position.weight
+        c: Channel = self.position
         for j in range(self.n):
-            for i in range(4):
-                mean: cython.double = 0.0
-                for k in range(j * m, j * m + m):
-                    mean += w[k] * x[i, k]
-                self.now[i, j] = mean / self.scale[i]
+            m0: cython.double = 0.0
+            m1: cython.double = 0.0
+            m2: cython.double = 0.0
+            m3: cython.double = 0.0
+            for k in range(j * m, j * m + m):
+                w: cython.double = c.weight[k]
+                m0 += w * c.x[0, k]
+                m1 += w * c.x[1, k]
+                m2 += w * c.x[2, k]
+                m3 += w * c.x[3, k]
+            self.now[0, j], self.now[1, j] = m0, m1 / self.scale[1]
+            self.now[2, j], self.now[3, j] = m2 / self.scale[2], m3 / self.scale[3]
 
     def make_room(self, size: int) -> None:
         """Make room for so many steps; those that are remembered stay."""
@@ -233,6 +243,7 @@ class Bank:
             c.states = self.steps.moved(c.states, size, 4 * lanes)
             c.errors = self.steps.moved(c.errors, size, lanes)
         self.steps.make_room(size)
+        self.mixture.p = self.steps.smoothed if self.delayed else self.gains.p
 
     # ---- reading
 
@@ -265,7 +276,7 @@ class Bank:
             i = self.steps.before(at)
             if i <= 0:
                 return TOO_EARLY if i == 0 else TOO_LONG_AGO
-            self.steps.make_taps(i, self.used, self.steady)
+            self.steps.make_taps(i, self.gains.step, self.steady)
         if spread and fresh:
             self.spread.begin(self.position, self.dt)
             self.spread.begin(self.velocity, self.dt)
@@ -290,10 +301,9 @@ class Bank:
         trust.share = 0.0
         if self.count < FIRST_FUSED or not trust.usable():
             return
-        o: cython.double[:, ::1] = self.out
         found: Mixture = self.mixture
         unit: cython.double = TIME_UNIT
-        ap: cython.double = o[2, j]
+        ap: cython.double = self.out[2, j]
         sp: cython.double = found.variance * 4.0 / (unit * unit * unit * unit) + 1e-12
         wanted: cython.double = at + trust.lag
         i: cython.longlong = self.steps.before(wanted) if self.delayed else self.count
@@ -302,17 +312,17 @@ class Bank:
         scale: cython.double = (1.0 + trust.scale) / self.rate
         av: cython.double = found.mean[1] / unit / scale
         sv: cython.double = found.variance / (unit * unit) + 1e-12
-        w: cython.double = trust.weigh((av - ap) * (av - ap), sp, sv, self.dt if fresh else 0.0)
-        faster: cython.double = found.mean[0] / scale - o[1, j]
+        w: cython.double = trust.weigh((av - ap) * (av - ap), sp, sv, self.keep, fresh)
+        faster: cython.double = found.mean[0] / scale - self.out[1, j]
         if spread:
             made_good: cython.double = 0.0      # across a pause lag and scale are not found
             if self.position.shaken:
                 made_good = fabs(trust.lag * av) + fabs(trust.scale * found.mean[0])
             self.spread.fuse(found, self.velocity, j, self.dt if fresh else 0.0, w, scale, faster,
-                             av - ap, made_good * made_good, o)
-        o[2, j] = ap + w * (av - ap)
-        o[1, j] += w * faster
-        o[3, j] += w * (found.mean[2] / self.scale[2] / scale - o[3, j])
+                             av - ap, made_good * made_good, self.out)
+        self.out[2, j] = ap + w * (av - ap)
+        self.out[1, j] += w * faster
+        self.out[3, j] += w * (found.mean[2] / self.scale[2] / scale - self.out[3, j])
 
     def values(self) -> list[float]:
         """Return position, velocity, acceleration and jerk that were read, in a row."""

@@ -1,10 +1,13 @@
 # Copyright screw_kinematics contributors
 # SPDX-License-Identifier: Apache-2.0
+cimport cython
+
 from .gains cimport Gains
 
-cdef double EVIDENCE, LEAST
+cdef double LEAST
 
 
+@cython.final
 cdef class Signal:
     cdef double last            # latest sample
     cdef double quantum         # the encoder's step; share of changes that are multiples of it,
@@ -14,6 +17,8 @@ cdef class Signal:
     cdef int waiting            # samples that wait
     cdef double envelope        # usual deviation
     cdef double noise
+    cdef double least           # what mean squares count at least: noise of the encoder's steps
+    cdef bint scores            # whether the latest sample tells of the filters
     cdef double limit           # when the first of those that wait came: the limit, whether it was
     cdef bint taken             # taken, the step to it; the state without it
     cdef double step
@@ -26,16 +31,18 @@ cdef class Signal:
     cdef double step_of_encoder(self) noexcept
 
 
+@cython.final
 cdef class Channel:
     cdef Py_ssize_t n, m
     cdef bint delayed
     cdef Gains gains
     cdef readonly list signals
-    cdef double[::1] lsum       # forgetful means of the logarithms of the innovations' variances
+    cdef double[::1] price      # by how much each filter's mean squares count more
     cdef double[:, ::1] x       # scaled states, (4, n M)
     cdef double[::1] mean       # forgetful mean squares of the innovations over variances
     cdef double[::1] before     # the same before the sample that waits
     cdef double[::1] weight
+    cdef double[::1] error      # innovations of the latest sample
     cdef double[:, ::1] excess  # what wider filters show of errors, (3, n M)
     cdef double told            # how often,
     cdef double lately          # and what the latest time counts
@@ -47,7 +54,8 @@ cdef class Channel:
     # The sample at hand.
     cdef double r               # step since the one before, in TIME_UNIT
     cdef double share           # what it counts in forgetful means,
-    cdef double span            # and the samples in these
+    cdef double evidence        # the power of mean squares that is their likelihood,
+    cdef double reach           # and by how much they are larger where that is nothing
     cdef double plausible       # a deviation that need not wait
     cdef double half            # half the step if these are velocities, else 0 [s]
     cdef bint settling          # whether none waits yet
@@ -58,10 +66,12 @@ cdef class Channel:
     cdef void start(self, double[::1] z) noexcept
     cdef void advance(self, double[::1] z, double[::1] instead) noexcept
     cdef void predict(self) noexcept
-    cdef void update(self, Signal u, Py_ssize_t j, double at, double instead) noexcept
+    cdef void judge(self, Signal u, Py_ssize_t j, double at, double instead) noexcept
+    cdef void remember(self) noexcept
+    cdef void update(self) noexcept
     cdef bint admit(self, Signal u, Py_ssize_t first, double deviation, double limit,
                     bint same) noexcept
     cdef bint confirmed(self, Signal u, double deviation) noexcept
     cdef bint decide(self, Signal u, Py_ssize_t first, double at) noexcept
     cdef void correct(self, Py_ssize_t first, double change, int waiting) noexcept
-    cdef void weigh(self, Py_ssize_t first, double least) noexcept
+    cdef void weigh(self, Signal u, Py_ssize_t first) noexcept

@@ -14,7 +14,7 @@ try:
 except ImportError:
     from . import uncompiled as cython
 from .gains import Gains
-from .tables import EVIDENCE, LEAST, table, zeros
+from .tables import LEAST, table, zeros
 if cython.compiled:
     from cython.cimports.libc.math import exp, fabs, floor, isfinite, log, sqrt
 else:
@@ -39,8 +39,8 @@ class Signal:
 
     def __init__(self) -> None:
         self.last = self.quantum = self.fit = self.changes = self.noise = 0.0
-        self.limit = self.step = self.s0 = self.s1 = self.s2 = self.s3 = 0.0
-        self.taken = False
+        self.limit = self.step = self.s0 = self.s1 = self.s2 = self.s3 = self.least = 0.0
+        self.taken = self.scores = False
         self.start(0.0)
 
     def start(self, z: cython.double) -> None:
@@ -87,19 +87,20 @@ class Channel:
         Number of signals.
     gains:
         Of the filters.
-    lsum:
-        What becomes the forgetful means of the logarithms of the innovations' variances.
+    price:
+        What becomes each filter's handicap, a factor of its mean squares.
     delayed:
         Whether the latest steps are remembered.
 
     """
 
-    def __init__(self, n: int, gains: Gains, lsum: cython.double[::1], delayed: bool) -> None:
+    def __init__(self, n: int, gains: Gains, price: cython.double[::1], delayed: bool) -> None:
         m = gains.m
-        self.n, self.m, self.gains, self.lsum, self.delayed = n, m, gains, lsum, delayed
+        self.n, self.m, self.gains, self.price, self.delayed = n, m, gains, price, delayed
         self.signals = [Signal() for _ in range(n)]
         self.x = table(4, n * m)
         self.mean, self.before, self.weight = zeros(n * m), zeros(n * m), zeros(n * m)
+        self.error = zeros(n * m)
         self.states, self.errors = table(1, 1), table(1, 1)
         self.excess, self.tail, self.told = table(3, n * m), table(3, n), 0.0
         self.shaken, self.paused, self.lately = False, 0.0, 1.0
@@ -130,7 +131,13 @@ class Channel:
         j: cython.Py_ssize_t
         self.predict()
         for j in range(self.n):
-            self.update(self.signal(j), j, z[j], instead[j])
+            self.judge(self.signal(j), j, z[j], instead[j])
+        if self.delayed:
+            self.remember()
+        self.update()
+        for j in range(self.n):
+            if self.signal(j).scores:
+                self.weigh(self.signal(j), j * self.m)
 
     def predict(self) -> None:
         """Predict the states at the sample."""
@@ -138,29 +145,20 @@ class Channel:
         r: cython.double = self.r
         r2: cython.double = r * r
         r3: cython.double = r2 * r
-        x: cython.double[:, ::1] = self.x
         for k in range(self.n * self.m):
-            x3: cython.double = x[3, k]
-            x2: cython.double = x[2, k]
-            x1: cython.double = x[1, k]
-            x[0, k] = x[0, k] + r * x1 + r2 * x2 + r3 * x3
-            x[1, k] = x1 + 2.0 * r * x2 + 3.0 * r2 * x3
-            x[2, k] = x2 + 3.0 * r * x3
+            x3: cython.double = self.x[3, k]
+            x2: cython.double = self.x[2, k]
+            x1: cython.double = self.x[1, k]
+            self.x[0, k] = self.x[0, k] + r * x1 + r2 * x2 + r3 * x3
+            self.x[1, k] = x1 + 2.0 * r * x2 + 3.0 * r2 * x3
+            self.x[2, k] = x2 + 3.0 * r * x3
 
-    def update(self, u: Signal, j: cython.Py_ssize_t, at: cython.double,
-               instead: cython.double) -> None:
-        """Decide what the sample of a signal is worth, update its filters, weigh them."""
+    def judge(self, u: Signal, j: cython.Py_ssize_t, at: cython.double,
+              instead: cython.double) -> None:
+        """Decide what the sample of a signal is worth; find the innovations of its filters."""
         k: cython.Py_ssize_t
         m: cython.Py_ssize_t = self.m
         first: cython.Py_ssize_t = j * m
-        lanes: cython.Py_ssize_t = self.n * m
-        slot: cython.Py_ssize_t = self.slot
-        share: cython.double = self.share
-        x: cython.double[:, ::1] = self.x
-        w: cython.double[::1] = self.weight
-        mean: cython.double[::1] = self.mean
-        g: cython.double[:, ::1] = self.gains.gain
-        s: cython.double[::1] = self.gains.s
         known: cython.bint = isfinite(at)
         same: cython.bint = at == u.last
         if known:
@@ -171,13 +169,15 @@ class Channel:
         noise: cython.double = 0.0
         variance: cython.double = 0.0
         for k in range(m):
-            foreseen += w[first + k] * x[0, first + k]
+            foreseen += self.weight[first + k] * self.x[0, first + k]
         for k in range(m):
-            apart: cython.double = x[0, first + k] - foreseen
-            own: cython.double = mean[first + k] if mean[first + k] > least else least
-            noise += w[first + k] * own
-            variance += w[first + k] * (s[k] * own + apart * apart)
-        u.noise = noise
+            w: cython.double = self.weight[first + k]
+            apart: cython.double = self.x[0, first + k] - foreseen
+            own: cython.double = self.mean[first + k]
+            own = own if own > least else least
+            noise += w * own
+            variance += w * (self.gains.s[k] * own + apart * apart)
+        u.noise, u.least = noise, least
         counts: cython.bint = known
         if known and not self.settling:
             if u.waiting > 0:
@@ -187,25 +187,39 @@ class Channel:
                                     HOLD * (sqrt(variance) + u.envelope), same)
                 if u.waiting > 0:
                     u.s0 = foreseen
-        score: cython.bint = counts and self.determined
+        u.scores = counts and self.determined
         if not counts:
             at = foreseen if known else instead
-        for k in range(m):
-            error: cython.double = at - x[0, first + k]
-            if self.delayed:
-                self.states[slot, first + k] = x[0, first + k]
-                self.states[slot, lanes + first + k] = x[1, first + k]
-                self.states[slot, 2 * lanes + first + k] = x[2, first + k]
-                self.states[slot, 3 * lanes + first + k] = x[3, first + k]
-                self.errors[slot, first + k] = error
-            x[0, first + k] += g[0, k] * error
-            x[1, first + k] += g[1, k] * error
-            x[2, first + k] += g[2, k] * error
-            x[3, first + k] += g[3, k] * error
-            if score:
-                mean[first + k] += share * (error * error / s[k] - mean[first + k])
-        if score:
-            self.weigh(first, least)
+        for k in range(first, first + m):
+            self.error[k] = at - self.x[0, k]
+
+    def remember(self) -> None:
+        """Remember predicted states and innovations."""
+        i: cython.Py_ssize_t
+        k: cython.Py_ssize_t
+        lanes: cython.Py_ssize_t = self.n * self.m
+        for i in range(4):
+            for k in range(lanes):
+                self.states[self.slot, i * lanes + k] = self.x[i, k]
+        for k in range(lanes):
+            self.errors[self.slot, k] = self.error[k]
+
+    def update(self) -> None:
+        """Let the innovations change the states; follow their mean squares."""
+        j: cython.Py_ssize_t
+        i: cython.Py_ssize_t
+        k: cython.Py_ssize_t
+        m: cython.Py_ssize_t = self.m
+        for i in range(4):
+            for j in range(self.n):
+                for k in range(m):
+                    self.x[i, j * m + k] += self.gains.gain[i, k] * self.error[j * m + k]
+        for j in range(self.n):
+            share: cython.double = self.share if self.signal(j).scores else 0.0
+            for k in range(m):
+                error: cython.double = self.error[j * m + k]
+                self.mean[j * m + k] += share * (
+                    error * error * self.gains.precision[k] - self.mean[j * m + k])
 
     def admit(self, u: Signal, first: cython.Py_ssize_t, deviation: cython.double,
               limit: cython.double, same: cython.bint) -> cython.bint:
@@ -300,21 +314,22 @@ class Channel:
             if self.delayed:
                 self.errors[(self.slot - waiting + size) % size, first + k] += change
 
-    def weigh(self, first: cython.Py_ssize_t, least: cython.double) -> None:
+    def weigh(self, u: Signal, first: cython.Py_ssize_t) -> None:
         """Turn the likelihoods of a signal's filters into weights."""
         k: cython.Py_ssize_t
-        w: cython.double[::1] = self.weight
-        mean: cython.double[::1] = self.mean
         best: cython.double = 1e300
         total: cython.double = 0.0
-        span: cython.double = -0.5 * EVIDENCE * self.span
         for k in range(self.m):
-            own: cython.double = mean[first + k] if mean[first + k] > least else least
-            own = log(own + LEAST) + self.lsum[k]
-            w[first + k] = own
+            own: cython.double = self.mean[first + k]
+            own = ((own if own > u.least else u.least) + LEAST) * self.price[k]
+            self.weight[first + k] = own
             best = own if own < best else best
+        worst: cython.double = best * self.reach
         for k in range(first, first + self.m):
-            w[k] = exp(span * (w[k] - best))
-            total += w[k]
+            own = self.weight[k]
+            own = exp(self.evidence * log(own / best)) if own < worst else 0.0
+            self.weight[k] = own
+            total += own
+        total = 1.0 / total
         for k in range(first, first + self.m):
-            w[k] /= total
+            self.weight[k] *= total

@@ -19,9 +19,13 @@ except ImportError:
     from . import uncompiled as cython
 from .tables import LEAST, row, SCALE, table, TIME_UNIT, TRIANGLE, zeros
 if cython.compiled:
-    from cython.cimports.libc.math import fabs
+    from cython.cimports.libc.math import fabs, log
 else:
-    from math import fabs
+    from math import fabs, log
+
+STEADY = cython.declare(cython.double, 1e-7)
+SAME = cython.declare(cython.double, 1e-12)
+"""Relative changes below which gains are steady; and stay, if their period does."""
 
 FACTORIAL = (1.0, 1.0, 2.0, 6.0)
 
@@ -50,12 +54,14 @@ class Gains:
                         * FACTORIAL[order - 1 - j])
         self.p, self.ahead = table(10, m), table(10, m)
         self.gain, self.before = table(4, m), table(4, m)
-        self.s = zeros(m)
+        self.s, self.precision, self.logs = zeros(m), zeros(m), zeros(m)
+        self.step = self.period = self.change = 0.0
 
     def start(self, variances: cython.double[::1]) -> None:
         """Begin with these variances of the state's components, scaled."""
         i: cython.Py_ssize_t
         k: cython.Py_ssize_t
+        self.step = 0.0
         for k in range(self.m):
             for i in range(10):
                 self.p[i, k] = 0.0
@@ -63,7 +69,19 @@ class Gains:
             self.p[7, k], self.p[9, k] = variances[2], variances[3] * self.four[k]
             for i in range(4):
                 self.gain[i, k] = 0.0
-            self.s[k] = 1.0
+            self.s[k] = self.precision[k] = 1.0
+
+    def follow(self, dt: cython.double, period: cython.double) -> cython.bint:
+        """Take a step and a sample, if that changes the gains at all; return if they are steady."""
+        k: cython.Py_ssize_t
+        again: cython.bint = dt == self.step
+        if not again or self.change > SAME or fabs(period - self.period) > SAME * period:
+            self.predict(dt, period)
+            self.change = self.update()
+            self.step, self.period = dt, period
+            for k in range(self.m):
+                self.logs[k] = log(self.s[k])
+        return again and self.change < STEADY
 
     def predict(self, dt: cython.double, period: cython.double) -> None:
         """Predict the covariances a step later, F P F' + Q; process densities are of a period."""
@@ -144,5 +162,5 @@ class Gains:
             for i in range(4):
                 self.before[i, k] = g[i, k]
             g[0, k], g[1, k], g[2, k], g[3, k] = g0, g1, g2, g3
-            self.s[k] = s
+            self.s[k], self.precision[k] = s, 1.0 / s
         return change

@@ -1,5 +1,7 @@
 # Copyright screw_kinematics contributors
 # SPDX-License-Identifier: Apache-2.0
+cimport cython
+
 from .channel cimport Channel
 from .gains cimport Gains
 from .steps cimport Steps
@@ -7,6 +9,7 @@ from .steps cimport Steps
 cdef double TIME_UNIT, NEGLIGIBLE
 
 
+@cython.final
 cdef class Mixture:
     cdef Py_ssize_t m
     cdef bint delayed
@@ -14,6 +17,7 @@ cdef class Mixture:
     cdef Steps steps
     cdef double[:, ::1] states      # of one signal's filters, (4, M)
     cdef double[::1] scale
+    cdef double[:, ::1] p           # covariances: after the latest step, or smoothed
     # What `look` has found: how far the instant is beyond the states, in TIME_UNIT; the first of
     # the rows of their covariances.
     cdef double r

@@ -33,7 +33,7 @@ class Mixture:
     def __init__(self, gains: Gains, steps: Steps, delayed: bool) -> None:
         self.gains, self.steps, self.m = gains, steps, gains.m
         self.delayed, self.states = delayed, table(4, gains.m)
-        self.scale, self.mean = row(SCALE), zeros(4)
+        self.scale, self.mean, self.p = row(SCALE), zeros(4), gains.p
         self.r, self.top, self.variance = 0.0, 0, 0.0
 
     def look(self, c: Channel, j: cython.Py_ssize_t, i: cython.longlong, at: cython.double,
@@ -50,14 +50,14 @@ class Mixture:
         m: cython.Py_ssize_t = self.m
         first: cython.Py_ssize_t = j * m
         lanes: cython.Py_ssize_t = c.n * m
-        b: cython.double[:, ::1] = self.states
         if not self.delayed:
             for a in range(4):
                 for k in range(m):
-                    b[a, k] = c.x[a, first + k]
+                    self.states[a, k] = c.x[a, first + k]
             self.r, self.top = (at - time) / TIME_UNIT, 0
             return
         slot: cython.Py_ssize_t = i % self.steps.size
+        b: cython.double[:, ::1] = self.states
         taps: cython.double[:, ::1] = self.steps.taps
         errors: cython.double[:, ::1] = c.errors
         for k in range(m):
@@ -94,8 +94,6 @@ class Mixture:
         r3: cython.double = r2 * r
         h: cython.double = r * TIME_UNIT
         h3: cython.double = h * h * h
-        x: cython.double[:, ::1] = self.states
-        p: cython.double[:, ::1] = self.steps.smoothed if self.delayed else self.gains.p
         top: cython.Py_ssize_t = self.top
         m0: cython.double = 0.0
         m1: cython.double = 0.0
@@ -110,22 +108,25 @@ class Mixture:
             if w < NEGLIGIBLE:
                 continue
             total += w
-            b3: cython.double = x[3, k]
-            b2: cython.double = x[2, k] + 3.0 * r * b3
-            b1: cython.double = x[1, k] + 2.0 * r * x[2, k] + 3.0 * r2 * b3
-            b0: cython.double = x[0, k] + r * x[1, k] + r2 * x[2, k] + r3 * b3
+            x1: cython.double = self.states[1, k]
+            x2: cython.double = self.states[2, k]
+            b3: cython.double = self.states[3, k]
+            b2: cython.double = x2 + 3.0 * r * b3
+            b1: cython.double = x1 + 2.0 * r * x2 + 3.0 * r2 * b3
+            b0: cython.double = self.states[0, k] + r * x1 + r2 * x2 + r3 * b3
             m0 += w * b0
             m1 += w * b1
             m2 += w * b2
             m3 += w * b3
             if what == 2:
                 square += w * b2 * b2
-                v = p[top + 7, k] + 6.0 * r * p[top + 8, k] + 9.0 * r2 * p[top + 9, k]
+                v = (self.p[top + 7, k] + 6.0 * r * self.p[top + 8, k]
+                     + 9.0 * r2 * self.p[top + 9, k])
             else:
                 square += w * b1 * b1
-                v = (p[top + 4, k] + 4.0 * r2 * p[top + 7, k] + 9.0 * r2 * r2 * p[top + 9, k]
-                     + 4.0 * r * p[top + 5, k] + 6.0 * r2 * p[top + 6, k]
-                     + 12.0 * r3 * p[top + 8, k])
+                v = (self.p[top + 4, k] + 4.0 * r2 * self.p[top + 7, k]
+                     + 9.0 * r2 * r2 * self.p[top + 9, k] + 4.0 * r * self.p[top + 5, k]
+                     + 6.0 * r2 * self.p[top + 6, k] + 12.0 * r3 * self.p[top + 8, k])
                 if h > 1e-3:        # what the process adds on the way
                     density: cython.double = self.gains.power[k] * period
                     if self.gains.four[k] > 0.5:
@@ -133,7 +134,9 @@ class Mixture:
                     else:
                         v += density * self.gains.noise[0, 4] * h3
             inner += w * c.mean[first + k] * v
-        o: cython.double[::1] = self.mean
-        o[0], o[1], o[2], o[3] = m0 / total, m1 / total, m2 / total, m3 / total
-        square = square / total - (o[2] * o[2] if what == 2 else o[1] * o[1])
-        self.variance = (square if square > 0.0 else 0.0) + inner / total
+        total = 1.0 / total
+        m1 *= total
+        m2 *= total
+        self.mean[0], self.mean[1], self.mean[2], self.mean[3] = m0 * total, m1, m2, m3 * total
+        square = square * total - (m2 * m2 if what == 2 else m1 * m1)
+        self.variance = (square if square > 0.0 else 0.0) + inner * total

@@ -1,5 +1,7 @@
 # Copyright screw_kinematics contributors
 # SPDX-License-Identifier: Apache-2.0
+cimport cython
+
 from .channel cimport Channel
 from .gains cimport Gains
 from .mixture cimport Mixture
@@ -10,6 +12,7 @@ cdef double NEGLIGIBLE, TIME_UNIT
 cdef void grow(double[:, ::1] t, Py_ssize_t j, Py_ssize_t i, double old, double new) noexcept
 
 
+@cython.final
 cdef class Spread:
     cdef Py_ssize_t m
     cdef bint delayed

@@ -1,10 +1,13 @@
 # Copyright screw_kinematics contributors
 # SPDX-License-Identifier: Apache-2.0
+cimport cython
+
 from .gains cimport Gains
 
 cdef double TIME_UNIT
 
 
+@cython.final
 cdef class Pace:
     cdef double period              # mean step [s]
     cdef double usual               # mean of steps near the usual one
@@ -18,6 +21,7 @@ cdef class Pace:
     cdef bint felt(self, double time) noexcept
 
 
+@cython.final
 cdef class Steps:
     cdef Py_ssize_t m, size
     cdef Gains now

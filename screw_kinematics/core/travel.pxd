@@ -1,5 +1,9 @@
 # Copyright screw_kinematics contributors
 # SPDX-License-Identifier: Apache-2.0
+cimport cython
+
+
+@cython.final
 cdef class Travel:
     cdef Py_ssize_t n
     cdef double[::1] move       # of each joint, foreseen for one tick

@@ -1,5 +1,18 @@
 # Copyright screw_kinematics contributors
 # SPDX-License-Identifier: Apache-2.0
+cimport cython
+
+
+@cython.final
+cdef class Fading:
+    # Over 0.03, 0.1, 1 and 2 s; of a misfit that grows, 0.2 s, and one that falls, 5 s.
+    cdef double brief, lasting, second, seconds
+    cdef double near, slow
+
+    cdef void after(self, double dt) noexcept
+
+
+@cython.final
 cdef class VelocityTrust:
     cdef double position, latest    # latest sample; samples in a row
     cdef double count
@@ -20,10 +33,10 @@ cdef class VelocityTrust:
 
     cdef void await_sample(self) noexcept
     cdef double parted(self, double z, double v, double dt) noexcept
-    cdef void compare(self, double z, double v, double dt, double acceleration, double noise,
-                      bint settling) noexcept
+    cdef void compare(self, double z, double v, double dt, Fading keep, double acceleration,
+                      double noise, bint settling) noexcept
     cdef void discount(self, double share) noexcept
     cpdef bint differenced(self) noexcept
     cdef bint usable(self) noexcept
     cdef double speed(self, double foreseen, double acceleration) noexcept
-    cdef double weigh(self, double apart, double sp, double sv, double dt) noexcept
+    cdef double weigh(self, double apart, double sp, double sv, Fading keep, bint fresh) noexcept

@@ -39,6 +39,19 @@ publisher has gone, a sensor has settled; and what is too little to tell kinds a
 UNKNOWN = cython.declare(cython.double, 1e300)
 
 
+class Fading:
+    """What is left of sums over several memories after a step: of all joints alike."""
+
+    def __init__(self) -> None:
+        self.after(0.0)
+
+    def after(self, dt: cython.double) -> None:
+        """Take a step [s]."""
+        self.brief, self.lasting = exp(-dt / MEMORY), exp(-dt / 0.1)
+        self.second, self.seconds = exp(-dt), exp(-dt / 2.0)
+        self.near, self.slow = exp(-dt / 0.2), exp(-dt / 5.0)
+
+
 class VelocityTrust:
     """What is known of the velocity of one joint."""
 
@@ -59,7 +72,7 @@ class VelocityTrust:
             return 0.5 * (v + self.latest) * dt - (z - self.position)
         return UNKNOWN
 
-    def compare(self, z: cython.double, v: cython.double, dt: cython.double,
+    def compare(self, z: cython.double, v: cython.double, dt: cython.double, keep: Fading,
                 acceleration: cython.double, noise: cython.double,
                 settling: cython.bint) -> None:
         """
@@ -83,13 +96,12 @@ class VelocityTrust:
             way: cython.double = 0.5 * (v + self.latest) * dt
             wrong: cython.double = way - step
             change: cython.double = v - self.latest
-            k: cython.double = exp(-dt / MEMORY)
-            self.wrong = k * self.wrong + wrong
-            self.change = k * self.change + change
-            self.way = k * self.way + way
+            self.wrong = keep.brief * self.wrong + wrong
+            self.change = keep.brief * self.change + change
+            self.way = keep.brief * self.way + way
             left: cython.double = self.wrong + self.lag * self.change - self.scale * self.way
             back: cython.double = v * dt - step
-            k = 1.0 - exp(-dt)
+            k: cython.double = 1.0 - keep.second
             if not settling:
                 self.seen += 1.0
                 first: cython.double = 1.0 / self.seen
@@ -100,13 +112,13 @@ class VelocityTrust:
             self.true += k * (back * back - self.true)
             self.left += k * (left * left - self.left)
             self.noise += k * (noise - self.noise)
-            k = exp(-dt / 0.1)
+            k = keep.lasting
             b: cython.double = k * self.wrong_long + wrong
             c: cython.double = k * self.change_long + change
             x: cython.double = k * self.way_long + way
             self.wrong_long, self.change_long, self.way_long = b, c, x
             if self.count > 10.0:
-                k = exp(-dt / 2.0)
+                k = keep.seconds
                 self.wc = k * self.wc - b * c * dt
                 self.cc = k * self.cc + c * c * dt
                 self.wx = k * self.wx + b * x * dt
@@ -152,7 +164,7 @@ class VelocityTrust:
         return foreseen
 
     def weigh(self, apart: cython.double, sp: cython.double, sv: cython.double,
-              dt: cython.double) -> cython.double:
+              keep: Fading, fresh: cython.bint) -> cython.double:
         """
         Return the weight of the velocity's acceleration beside the position's.
 
@@ -165,18 +177,17 @@ class VelocityTrust:
             Square of their difference.
         sp, sv:
             Variances of the position's and the velocity's acceleration.
-        dt:
-            Time since this was asked last [s].
+        keep, fresh:
+            What the latest step leaves, and whether this was not asked since.
 
         """
         d: cython.double = apart / (sp + sv)
         d = d if d < 50.0 else 50.0
-        misfit: cython.double = self.misfit
-        near: cython.double = misfit + (1.0 - exp(-dt / 0.2)) * (d - misfit)
-        slow: cython.double = misfit * exp(-dt / 5.0)
-        misfit = near if d >= misfit or near > slow else slow
-        self.misfit = misfit
-        excess: cython.double = misfit - TOLERATED
+        if fresh:
+            near: cython.double = d + keep.near * (self.misfit - d)
+            slow: cython.double = self.misfit * keep.slow
+            self.misfit = near if d >= self.misfit or near > slow else slow
+        excess: cython.double = self.misfit - TOLERATED
         excess = excess * excess * (sp + sv) if excess > 0.0 else 0.0
         hidden: cython.double = self.left - MARGIN * self.noise
         hidden = WORST * hidden / (MEMORY * MEMORY * MEMORY * MEMORY) if hidden > 0.0 else 0.0
