@@ -24,9 +24,9 @@ from .tables import DENSEST, EVIDENCE, row, SCALE, SPARSE, table, TIME_UNIT, WIN
 from .travel import Travel
 from .velocity_trust import Fading, VelocityTrust
 if cython.compiled:
-    from cython.cimports.libc.math import exp, fabs, isfinite, log, sqrt
+    from cython.cimports.libc.math import exp, fabs, isfinite, sqrt
 else:
-    from math import exp, fabs, isfinite, log, sqrt
+    from math import exp, fabs, isfinite, sqrt
 
 PRIOR = (1.0, 2e5, 1.5e6, 3e7)
 """Deviations of the state before the first sample, in units of the noise, per s ..."""

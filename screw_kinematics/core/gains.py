@@ -72,7 +72,7 @@ class Gains:
             self.s[k] = self.precision[k] = 1.0
 
     def follow(self, dt: cython.double, period: cython.double) -> cython.bint:
-        """Take a step and a sample, if that changes the gains at all; return if they are steady."""
+        """Take a step and a sample, if that changes gains; return whether they are steady."""
         k: cython.Py_ssize_t
         again: cython.bint = dt == self.step
         if not again or self.change > SAME or fabs(period - self.period) > SAME * period:
