@@ -16,7 +16,7 @@ LINT = 'import sys; from importlinter.cli import lint_imports_command; lint_impo
 def lint(folder):
     """Hold the package in a folder against the contracts in setup.cfg."""
     return subprocess.run(
-        [sys.executable, '-c', LINT, str(ROOT / 'setup.cfg'), '--no-cache'],
+        [sys.executable, '-c', LINT, '--config', str(ROOT / 'setup.cfg'), '--no-cache'],
         cwd=folder, env={'PYTHONPATH': str(folder)}, capture_output=True, text=True)
 
 
