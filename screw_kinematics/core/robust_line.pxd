@@ -7,7 +7,9 @@ cdef void fit_line(double[::1] k, double[::1] t, Py_ssize_t count, double[::1] w
 
 
 cdef class Line:
-    cdef Py_ssize_t size, count
+    cdef Py_ssize_t size, count, gathered
+    cdef readonly Py_ssize_t stride
+    cdef double sum_k, sum_t
     cdef double[::1] k, t, weight, rest, out
 
     cpdef void add(self, double tick, double stamp) noexcept

@@ -89,41 +89,54 @@ def fit_line(k: cython.double[::1], t: cython.double[::1], count: cython.Py_ssiz
 
 
 class Line:
-    """The latest pairs of tick and stamp, and the line through them."""
+    """The latest pairs of tick and stamp, or means of some in a row, and the line through them."""
 
     def __init__(self, size: int) -> None:
         self.size, self.count = size, 0
+        self.stride, self.gathered = 1, 0
+        self.sum_k = self.sum_t = 0.0
         self.k, self.t, self.out = zeros(size), zeros(size), zeros(3)
         self.weight, self.rest = zeros(size), zeros(size)
 
     def add(self, tick: cython.double, stamp: cython.double) -> None:
         """Add a pair; the oldest quarter is forgotten where there is no room."""
+        self.sum_k += tick
+        self.sum_t += stamp
+        self.gathered += 1
+        if self.gathered < self.stride:
+            return
         if self.count == self.size:
-            self.keep(self.size - self.size // 4)
-        self.k[self.count], self.t[self.count] = tick, stamp
+            self.keep(self.stride * (self.size - self.size // 4))
+        self.k[self.count] = self.sum_k / self.gathered
+        self.t[self.count] = self.sum_t / self.gathered
         self.count += 1
+        self.gathered, self.sum_k, self.sum_t = 0, 0.0, 0.0
 
     def keep(self, last: cython.Py_ssize_t) -> None:
-        """Forget all but the latest pairs."""
+        """Forget all but the latest pairs, so many of those that were added."""
         i: cython.Py_ssize_t
+        last = last // self.stride if last > self.stride else 1
         if last >= self.count:
             return
         for i in range(last):
             self.k[i], self.t[i] = self.k[self.count - last + i], self.t[self.count - last + i]
         self.count = last
 
-    def thin(self) -> None:
-        """Forget every second pair."""
+    def merge(self) -> None:
+        """Keep the means of two and two, so that there is room for twice as many."""
         i: cython.Py_ssize_t
-        for i in range(self.count // 2):
-            self.k[i], self.t[i] = self.k[2 * i + 1], self.t[2 * i + 1]
+        self.stride *= 2
         self.count //= 2
+        for i in range(self.count):
+            self.k[i] = 0.5 * (self.k[2 * i] + self.k[2 * i + 1])
+            self.t[i] = 0.5 * (self.t[2 * i] + self.t[2 * i + 1])
 
     def rescale(self, origin: cython.double, factor: cython.double) -> None:
         """Count ticks from another origin, and by another length."""
         i: cython.Py_ssize_t
         for i in range(self.count):
             self.k[i] = (self.k[i] - origin) / factor
+        self.sum_k = (self.sum_k - self.gathered * origin) / factor
 
     def full(self) -> bool:
         """Whether the next pair takes the place of old ones."""

@@ -30,7 +30,7 @@ cdef class DeviceClock:
     cdef HeldReadings _repeated
     cdef object _begun, _shares, _agreed, _position, _foreseen
     cdef double _first, _last, _time, _tick, _deviation, _ahead, _ratio, _patience, _due
-    cdef double _wrong
+    cdef double _wrong, _heard, _messages, _spacing
     cdef long _new, _rest, _told, _contrary
     cdef bint _lossy
 
@@ -39,7 +39,7 @@ cdef class DeviceClock:
         same=bint, ticks=TickCounter, period=double, unit=double, x=double, foreseen=double,
         unforeseen=double, length=double, usual=double, near=long, span=double, told=bint,
         age=double, d=long, off=double, step=double, agree=bint, before=bint, late=double,
-        regular=bint, paced=bint, pause=bint, by_joints=bint, onward=double)
+        missing=long, regular=bint, paced=bint, pause=bint, by_joints=bint, onward=double)
     cpdef Placed update(self, double stamp, object position, Bank bank)
     @cython.locals(age=double)
     cdef Placed _begin(self, double stamp, object position, bint same)

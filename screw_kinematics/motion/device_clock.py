@@ -114,15 +114,14 @@ class DeviceClock:
         self._begun = FirstTicks(stamp)
         self._repeated = HeldReadings(stamp, position)
         self._shares = StampShare()
-        self._first = self._last = self._time = stamp
+        self._first = self._last = self._heard = self._time = stamp
         self._position = position
-        self._tick = self._deviation = self._ahead = 0.0
-        self._ratio = 1.0
+        self._tick = self._deviation = self._ahead = self._wrong = 0.0
+        self._ratio, self._messages, self._spacing = 1.0, 0.0, 0.0
         self._readings.clear()
-        self._new, self._rest = 0, 8
+        self._new, self._rest, self._contrary = 0, 8, 0
         self._patience, self._due, self._told, self._lossy = 1.0, 0.0, 0, False
         self._foreseen: float | None = None
-        self._wrong, self._contrary = 0.0, 0
         if known is not None and known.ticks is not None:
             self.ticks = known.ticks.fresh(stamp)
             self.unit = self.ticks.period
@@ -142,8 +141,7 @@ class DeviceClock:
         """Return the standard deviation of the device's time that none can know, s."""
         if self.ticks is None or self.share > 0.5:
             return 0.0
-        return unknown_time(self.ticks, self._tally(), (self._last - self._first)
-                            / (self.held + self.fresh - 1))
+        return unknown_time(self.ticks, self._tally(), self._spacing)
 
     def update(self, stamp: float, position: array[float], bank: Bank | None) -> Placed:
         """
@@ -160,6 +158,10 @@ class DeviceClock:
 
         """
         same = position == self._position
+        # Also those that did not come: a pause does not make the others come slower.
+        missing = round((stamp - self._heard) / self._spacing) if self._messages > WINDOW else 0
+        self._messages += missing if missing > 1 else 1.0
+        self._heard, self._spacing = stamp, (stamp - self._first) / self._messages
         ticks = self.ticks
         if ticks is None:
             return self._begin(stamp, position, same)
@@ -180,9 +182,8 @@ class DeviceClock:
             d = 0
         else:
             d = ticks.number(stamp, x, foreseen, unforeseen, same and age < 3.5 * period)
-        # Regular stamps that are not proven to be of another clock are right about a loss; all
-        # are about a pause that is longer than the filters foresee, unless what comes after it
-        # is merely late.
+        # Regular stamps that are not proven to be of another clock are right about a loss; all are
+        # about a pause longer than the filters foresee, unless what comes after it is merely late.
         regular = ticks.deviation < REGULAR * period and not (self.proven and self.share < 0.5)
         pause = d > 0 and (near >= FAR or near > FEW_TICKS and age > LONG) and not (
             told and bank is not None and self._goes_on(position, x, unit, bank))
@@ -219,8 +220,6 @@ class DeviceClock:
             told = False
             self._readings.clear()
             self._new, agreed = 0, position
-        if told:
-            self._wrong += 0.05 * ((abs(x - d) > 0.35 and not agree) - self._wrong)
         if agree:
             self._deviation += step
         if not same:
@@ -229,6 +228,7 @@ class DeviceClock:
         self._tick += d
         before = ticks.deviation > 0.15 * period        # whether the stamps cannot tell
         if told:
+            self._wrong += 0.05 * ((abs(x - d) > 0.35 and not agree) - self._wrong)
             self._told += 1
             if d > 1 and before and not self._lossy:
                 # Some were lost, unseen while the joints rested.
@@ -285,6 +285,8 @@ class DeviceClock:
         """Place a message by its stamp."""
         age = stamp - self._last
         if same and self._repeated.repeats(stamp, age, 0.0, 0.0, None):
+            if not self.held:
+                self._begun = FirstTicks(self._last)    # what repeated before was no reading
             self.held += 1
             return Placed(None, self._time + age * self._ratio, 1.0 / self._ratio, age, None)
         self.fresh += 1
@@ -299,9 +301,8 @@ class DeviceClock:
 
     def begin_anew(self) -> list[tuple[float, array[float]]] | None:
         """Go by the stamps, since the ticks are not what they were; count anew."""
-        replay = None
-        if self._readings.number() >= BLOCK:
-            replay = self._readings.by_stamps(self._time)
+        replay = (self._readings.by_stamps(self._time)
+                  if self._readings.number() >= BLOCK else None)
         self._ratio = 1.0
         self.ticks, self._begun = None, FirstTicks(self._last)
         self.share, self.proven, self._wrong, self._ahead = 1.0, False, 0.0, 0.0
@@ -350,8 +351,7 @@ class DeviceClock:
         """Let ticks be longer: all steps were multiples, of late and long before."""
         ticks = self.ticks
         assert ticks is not None
-        others = sum(w for d, w in ticks.often.items() if d % common)
-        if others > 1e-3 * ticks.total:
+        if sum(w for d, w in ticks.often.items() if d % common) > 1e-3 * ticks.total:
             return
         ticks.coarsen(common)
         self.unit *= common
@@ -393,8 +393,8 @@ class DeviceClock:
 
     def doubts(self) -> Sequence[str]:
         """Return what the clock has found, if the stamps are not when joints were read."""
-        other = self.proven and self.share <= 0.5
-        return clock_doubts(self.ticks if other else None, self._tally())
+        return clock_doubts(
+            self.ticks if self.proven and self.share <= 0.5 else None, self._tally())
 
     def _tally(self) -> Tally:
         return Tally(self.held, self.fresh, self.lost)

@@ -16,7 +16,7 @@ cdef class TickCounter:
     cdef public Line line
     cdef public dict often
     cdef double _weight, _before
-    cdef long _stride, _due
+    cdef long _due
     cdef object _recent
 
     @cython.locals(counter=TickCounter)

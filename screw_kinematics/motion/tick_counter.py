@@ -66,7 +66,6 @@ class TickCounter:
         self.shift = 0.0
         """By how much the stamps' clock was set in all, s."""
         self.line = Line(PAIRS)
-        self._stride = 1
         self._due = count + 8
         self._recent: deque[float] = deque(maxlen=LATE)
         self._before = 0.0
@@ -182,10 +181,12 @@ class TickCounter:
             self._recent.clear()
             self.sets += 1.0
             if self.lean * shift > 0.6 * abs(shift):    # so for long: the period is wrong
-                self.forget(max(24 * self._stride, int(SOUND / period)))
+                self.forget(max(24 * self.line.stride, int(SOUND / period)))
             else:
                 self.shift += shift
-        if sure and self.count % self._stride == 0:
+        if sure:
+            if self.line.full() and self.line.ticks() < LONGEST / period:
+                self.line.merge()
             self.line.add(self.tick, stamp - self.shift)
         if self.count >= self._due:
             self._due = self.count + min(
@@ -215,7 +216,7 @@ class TickCounter:
 
     def forget(self, last: int) -> None:
         """Forget all pairs but the latest; the others are not sound."""
-        self.line.keep(max(last // self._stride, 1))
+        self.line.keep(last)
         self._due = self.count
 
     def coarsen(self, factor: int) -> None:
@@ -246,20 +247,15 @@ class TickCounter:
         for a, b in zip(numbers, numbers[1:]):
             new.note(int(b - a))
         if known:               # the longer memory knows better
-            new.line, new._stride = self.line, self._stride
-            new.tick, new.shift = self.tick, self.shift
+            new.line, new.tick, new.shift = self.line, self.tick, self.shift
         else:
             for number, stamp in zip(numbers, stamps):
                 new.line.add(number - last, stamp)
         return new
 
     def _fit(self) -> None:
-        line = self.line
-        if line.full() and line.ticks() < LONGEST / self.period:
-            self._stride *= 2
-            line.thin()
-        if line.pairs() < 16:
+        if self.line.pairs() < 16:
             return
-        phase, period, _ = line.fit(self.tick)
+        phase, period, _ = self.line.fit(self.tick)
         if period > 0.2 * self.period:
             self.phase, self.period = phase + self.shift, period

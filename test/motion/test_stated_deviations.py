@@ -4,6 +4,7 @@
 import numpy as np
 import pytest
 from screw_kinematics.motion import MotionEstimator
+from support import stamping
 from support.motions import sines
 
 RATE = 500.0
@@ -76,6 +77,20 @@ def test_after_a_pause_deviations_contain_what_is_not_known_yet(longest, measure
                      np.round(q / 1e-5) * 1e-5, velocities, settled=0.0)
     assert len(sizes) > 2300
     assert sizes.max() < 10.0
+
+
+@pytest.mark.parametrize('seed', range(3))
+def test_what_a_reader_by_another_clock_cannot_know_is_stated_from_its_first_output_on(seed):
+    """Each reading is sent four times, at an age that drifts; once the reader stands still."""
+    rng, motion = np.random.default_rng(seed), sines(seed, JOINTS, 1.5)
+    messages = stamping.by_reader(*stamping.device(motion, 250.0, 7.0, seed), rng, 1000.0)
+    running = (messages.stamps < 2.0) | (messages.stamps > 2.025)
+    age = 5e-4      # of fresh ones on average, which nobody can know
+    sizes = sizes_of(MotionEstimator(JOINTS, delay=0.02), lambda t: motion(t - age),
+                     messages.stamps[running], messages.positions[running], settled=0.0)
+    assert len(sizes) > 6000
+    assert sizes.max() < 10.0
+    assert 0.5 < np.sqrt((sizes[:, 0]**2).mean()) < 1.5     # as right after the pause as before
 
 
 def test_a_joint_without_velocity_leaves_the_others_deviations_right():
