@@ -5,6 +5,7 @@ cimport cython
 from .channel cimport Channel
 from .gains cimport Gains
 from .mixture cimport Mixture
+from .readings cimport fill
 from .spread cimport Spread
 from .steps cimport Pace, Steps
 from .travel cimport Travel
@@ -34,7 +35,7 @@ cdef class Bank:
     cdef double[::1] price          # and that as a factor
     cdef double[:, ::1] now         # weighted state after the latest sample, (4, n), SI
     cdef double[:, ::1] out         # what was read: 4 rows of state, 10 of covariance, SI
-    cdef double[::1] speed          # velocities by which ticks are told
+    cdef double[::1] at, speed      # of the sample at hand
     cdef double[::1] instead        # velocities for those that are not measured
     # The run.
     cdef readonly long long count   # samples after the first
@@ -49,6 +50,5 @@ cdef class Bank:
     cdef void handicap(self, double share) noexcept
     cdef void prepare(self, Channel c, double share, double plausible, double half,
                       Py_ssize_t slot) noexcept
-    cdef void average(self) noexcept
     cdef void fuse(self, VelocityTrust trust, Py_ssize_t j, double at, bint fresh,
                    bint spread) noexcept

@@ -28,6 +28,8 @@ if cython.compiled:
 else:
     from math import exp, fabs, isfinite, sqrt
 
+    from .readings import fill
+
 PRIOR = (1.0, 2e5, 1.5e6, 3e7)
 """Deviations of the state before the first sample, in units of the noise, per s ..."""
 
@@ -99,11 +101,11 @@ class Bank:
         self.spread = Spread(n, self.gains, self.steps, self.delayed, noise)
         self.travelled = Travel(n)
         self.now, self.out, self.instead = table(4, n), table(14, n), zeros(n)
-        self.speed = zeros(n)
+        self.at, self.speed = zeros(n), zeros(n)
         self.make_room(32 if self.delayed else 1)
-        self.start(0.0, self.instead)
+        self.start(0.0, [0.0] * n)
 
-    def start(self, time: cython.double, position: cython.double[::1]) -> None:
+    def start(self, time: cython.double, position: Sequence[float]) -> None:
         """Begin a run at a position."""
         i: cython.Py_ssize_t
         j: cython.Py_ssize_t
@@ -115,11 +117,12 @@ class Bank:
         self.gains.start(self.prior)
         for i in range(self.m):
             self.lsum[i] = 0.0
-        self.position.start(position)
+        fill(self.at, position)
+        self.position.start(self.at)
         for j in range(self.n):
             for i in range(4):
                 self.now[i, j] = 0.0
-            self.now[0, j] = position[j]
+            self.now[0, j] = self.at[j]
             self.trust_in(j).await_sample()
 
     def trust_in(self, j: cython.Py_ssize_t) -> VelocityTrust:
@@ -128,9 +131,8 @@ class Bank:
 
     # ---- a sample
 
-    def measure(self, time: cython.double, position: cython.double[::1],
-                velocity: cython.double[::1], measured: cython.bint,
-                rate: cython.double) -> None:
+    def measure(self, time: cython.double, position: Sequence[float], velocity: Sequence[float],
+                measured: cython.bint, rate: cython.double) -> None:
         """
         Take a sample, later than the one before.
 
@@ -145,6 +147,9 @@ class Bank:
 
         """
         j: cython.Py_ssize_t
+        fill(self.at, position)
+        if measured:
+            fill(self.speed, velocity)
         dt: cython.double = time - self.time
         self.time, self.dt, self.rate = time, dt, rate
         self.count += 1
@@ -164,11 +169,11 @@ class Bank:
         jump: cython.double = PLAUSIBLE * dt if dt > SLOW and not self.delayed else 0.0
         for j in range(self.n):
             parted: cython.double = self.trust_in(j).parted(
-                position[j], velocity[j] * rate if measured and self.with_velocity else NAN, dt)
+                self.at[j], self.speed[j] * rate if measured and self.with_velocity else NAN, dt)
             self.position.signal(j).parted = self.velocity.signal(j).parted = parted
         self.prepare(self.position, share, 0.5 * dt * jump, 0.0, slot)
-        self.position.advance(position, position)
-        self.average()
+        self.position.advance(self.at, self.at)
+        self.position.average(self.scale, self.now)
         if not measured and not self.with_velocity:
             return
         self.missing = 0 if measured else self.missing + 1
@@ -176,20 +181,21 @@ class Bank:
             self.with_velocity = True
             for j in range(self.n):
                 self.trust_in(j).await_sample()
-                self.instead[j] = velocity[j] if isfinite(velocity[j]) else self.now[1, j] / rate
+                self.instead[j] = (self.speed[j] if isfinite(self.speed[j])
+                                   else self.now[1, j] / rate)
             self.velocity.start(self.instead)
         else:
             whole: cython.bint = measured
             for j in range(self.n):
-                whole = whole and isfinite(velocity[j])
+                whole = whole and isfinite(self.speed[j])
             for j in range(self.n):
-                self.instead[j] = velocity[j] if whole else self.now[1, j] / rate
+                self.instead[j] = self.speed[j] if whole else self.now[1, j] / rate
             self.prepare(self.velocity, share, jump, 0.5 * dt * rate, slot)
-            self.velocity.advance(velocity if measured else self.instead, self.instead)
+            self.velocity.advance(self.speed if measured else self.instead, self.instead)
         self.keep.after(dt)
         for j in range(self.n):
             self.trust_in(j).compare(
-                position[j], velocity[j] * rate if measured else NAN, dt, self.keep,
+                self.at[j], self.speed[j] * rate if measured else NAN, dt, self.keep,
                 self.now[2, j], self.position.signal(j).noise, self.count <= FIRST_WAIT)
         self.with_velocity = self.missing < LONGEST_MISSING
 
@@ -215,26 +221,6 @@ class Bank:
         c.settling, c.slot, c.half = self.count <= FIRST_WAIT, slot, half
         c.determined, c.shaken = self.count > DETERMINED, self.pace.felt(self.time)
         c.paused = self.pace.pause
-
-    def average(self) -> None:
-        """Find the weighted state after the latest sample."""
-        j: cython.Py_ssize_t
-        k: cython.Py_ssize_t
-        m: cython.Py_ssize_t = self.m
-        c: Channel = self.position
-        for j in range(self.n):
-            m0: cython.double = 0.0
-            m1: cython.double = 0.0
-            m2: cython.double = 0.0
-            m3: cython.double = 0.0
-            for k in range(j * m, j * m + m):
-                w: cython.double = c.weight[k]
-                m0 += w * c.x[0, k]
-                m1 += w * c.x[1, k]
-                m2 += w * c.x[2, k]
-                m3 += w * c.x[3, k]
-            self.now[0, j], self.now[1, j] = m0, m1 / self.scale[1]
-            self.now[2, j], self.now[3, j] = m2 / self.scale[2], m3 / self.scale[3]
 
     def make_room(self, size: int) -> None:
         """Make room for so many steps; those that are remembered stay."""
@@ -343,16 +329,19 @@ class Bank:
 
     # ---- what the clock asks
 
-    def travel(self, position: cython.double[::1], unit: cython.double, span: cython.double,
-               unforeseen: cython.double, agreed: cython.double[::1]) -> tuple[float, float]:
-        """Return ticks travelled, and the length of the move in one [rad]; see `Travel`."""
+    def travel(self, position: Sequence[float], unit: cython.double, span: cython.double,
+               unforeseen: cython.double) -> tuple[float, float, Sequence[float]]:
+        """Return ticks travelled, length of the move in one [rad], agreed positions: `Travel`."""
         j: cython.Py_ssize_t
         for j in range(self.n):
             self.speed[j] = self.now[1, j]
             if self.with_velocity:
                 self.speed[j] = self.trust_in(j).speed(self.now[1, j], self.now[2, j])
-        self.travelled.measure(self.now, self.speed, position, unit, span, unforeseen, agreed)
-        return self.travelled.ticks, self.travelled.tick
+        fill(self.at, position)
+        self.travelled.measure(self.now, self.speed, self.at, unit, span, unforeseen)
+        if self.travelled.odd:
+            position = tuple([self.travelled.agreed[j] for j in range(self.n)])
+        return self.travelled.ticks, self.travelled.tick, position
 
     def encoder_steps(self, unit: cython.double) -> float:
         """Return by how many steps of its encoder the fastest joint will move in a time [s]."""

@@ -75,3 +75,4 @@ cdef class Channel:
     cdef bint decide(self, Signal u, Py_ssize_t first, double at) noexcept
     cdef void correct(self, Py_ssize_t first, double change, int waiting) noexcept
     cdef void weigh(self, Signal u, Py_ssize_t first) noexcept
+    cdef void average(self, double[::1] scale, double[:, ::1] out) noexcept

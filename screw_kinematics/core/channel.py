@@ -333,3 +333,21 @@ class Channel:
         total = 1.0 / total
         for k in range(first, first + self.m):
             self.weight[k] *= total
+
+    def average(self, scale: cython.double[::1], out: cython.double[:, ::1]) -> None:
+        """Find the weighted states."""
+        j: cython.Py_ssize_t
+        k: cython.Py_ssize_t
+        for j in range(self.n):
+            m0: cython.double = 0.0
+            m1: cython.double = 0.0
+            m2: cython.double = 0.0
+            m3: cython.double = 0.0
+            for k in range(j * self.m, (j + 1) * self.m):
+                w: cython.double = self.weight[k]
+                m0 += w * self.x[0, k]
+                m1 += w * self.x[1, k]
+                m2 += w * self.x[2, k]
+                m3 += w * self.x[3, k]
+            out[0, j], out[1, j] = m0, m1 / scale[1]
+            out[2, j], out[3, j] = m2 / scale[2], m3 / scale[3]

@@ -10,7 +10,7 @@ than the tick its stamp is, in the device's time.
 """
 from __future__ import annotations
 
-from array import array
+from collections.abc import Sequence
 
 try:
     import cython
@@ -39,7 +39,7 @@ class Readings:
     def __init__(self, n: int, size: int) -> None:
         self.n, self.size, self.count = n, size, 0
         self.tick, self.deviation, self.stamp = zeros(size), zeros(size), zeros(size)
-        self.time, self.q = zeros(size), table(size, n)
+        self.time, self.q, self.latest = zeros(size), table(size, n), zeros(n)
         self.base, self.product = zeros(size), zeros(size)
 
     def clear(self) -> None:
@@ -51,16 +51,17 @@ class Readings:
         return self.count
 
     def add(self, tick: cython.double, deviation: cython.double, stamp: cython.double,
-            time: cython.double, position: cython.double[::1]) -> None:
+            time: cython.double, position: Sequence[float]) -> None:
         """Add a reading; the oldest one is forgotten where there is no room."""
         if self.count == self.size:
             self.drop(1)
         j: cython.Py_ssize_t
         i: cython.Py_ssize_t = self.count
+        fill(self.latest, position)
         self.tick[i], self.deviation[i], self.stamp[i], self.time[i] = (
             tick, deviation, stamp, time)
         for j in range(self.n):
-            self.q[i, j] = position[j]
+            self.q[i, j] = self.latest[j]
         self.count += 1
 
     def drop(self, first: cython.Py_ssize_t) -> None:
@@ -79,30 +80,30 @@ class Readings:
         k = self.count + i if i < 0 else i
         return self.tick[k], self.deviation[k], self.stamp[k], self.time[k]
 
-    def position(self, i: int) -> array[float]:
+    def position(self, i: int) -> tuple[float, ...]:
         """Return the positions of reading i."""
-        return array('d', [self.q[i, j] for j in range(self.n)])
+        return tuple([self.q[i, j] for j in range(self.n)])
 
     def place(self, i: int, tick: float, deviation: float, time: float) -> None:
         """Put reading i at another tick."""
         self.tick[i], self.deviation[i], self.time[i] = tick, deviation, time
 
     def by_ticks(self, time: float, unit: float,
-                 scale: float) -> list[tuple[float, array[float]]] | None:
+                 scale: float) -> list[tuple[float, tuple[float, ...]]] | None:
         """Return all, by ticks of a unit and a share of deviations from the latest at a time."""
         last = self.count - 1
         times = [time + (self.tick[i] - self.tick[last]) * unit
                  + (self.deviation[i] - self.deviation[last]) * scale for i in range(self.count)]
         return self.at_times(times, 0.05 * unit)
 
-    def by_stamps(self, time: float) -> list[tuple[float, array[float]]] | None:
+    def by_stamps(self, time: float) -> list[tuple[float, tuple[float, ...]]] | None:
         """Return all, as far from the latest at a time as their stamps are."""
         last = self.count - 1
         return self.at_times([time + self.stamp[i] - self.stamp[last] for i in range(self.count)],
                              1e-5)
 
     def at_times(self, times: list[float],
-                 apart: float) -> list[tuple[float, array[float]]] | None:
+                 apart: float) -> list[tuple[float, tuple[float, ...]]] | None:
         """Return all with their times; None where these are not as far apart."""
         if not all(b - a > apart for a, b in zip(times, times[1:])):
             return None
@@ -182,6 +183,23 @@ class Readings:
                 of_stamps += de * de / norm
                 of_all += dq * dq / norm
         return cross, of_stamps, of_all
+
+
+def fill(row: cython.double[::1], values: Sequence[float]) -> cython.void:
+    """
+    Let a row have these numbers.
+
+    Raises
+    ------
+    ValueError
+        There are fewer or more.
+
+    """
+    j: cython.Py_ssize_t
+    if len(values) != row.shape[0]:
+        raise ValueError(f'{len(values)} numbers for {row.shape[0]} joints')
+    for j in range(row.shape[0]):
+        row[j] = values[j]
 
 
 def round_to(value: cython.double) -> cython.longlong:

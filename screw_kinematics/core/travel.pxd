@@ -10,8 +10,10 @@ cdef class Travel:
     cdef double[::1] gone       # how far it went
     cdef double[::1] each       # ticks that this makes, in order,
     cdef double[::1] size       # and their weights
+    cdef double[::1] agreed     # positions that all agree on, where one is odd
     cdef double ticks, tick
+    cdef bint odd
 
     cdef void measure(self, double[:, ::1] now, double[::1] speed, double[::1] position,
-                      double unit, double span, double unforeseen, double[::1] agreed) noexcept
+                      double unit, double span, double unforeseen) noexcept
     cdef double median(self) noexcept

@@ -34,17 +34,21 @@ class Travel:
         The ticks travelled.
     tick:
         The length of the move in one tick [rad].
+    odd:
+        Whether there is a joint at odds with all others.
+    agreed:
+        The positions that all agree on, if there is.
 
     """
 
     def __init__(self, n: int) -> None:
         self.n = n
         self.move, self.gone, self.each, self.size = zeros(n), zeros(n), zeros(n), zeros(n)
-        self.ticks, self.tick = 0.0, 0.0
+        self.agreed, self.ticks, self.tick, self.odd = zeros(n), 0.0, 0.0, False
 
     def measure(self, now: cython.double[:, ::1], speed: cython.double[::1],
                 position: cython.double[::1], unit: cython.double, span: cython.double,
-                unforeseen: cython.double, agreed: cython.double[::1]) -> None:
+                unforeseen: cython.double) -> None:
         """
         Measure a reading.
 
@@ -60,8 +64,6 @@ class Travel:
             Length of a tick, and time that has passed as far as is known [s].
         unforeseen:
             Acceleration of all joints together that nobody foresaw [rad/s2].
-        agreed:
-            Gets the positions that all agree on.
 
         """
         j: cython.Py_ssize_t
@@ -72,7 +74,6 @@ class Travel:
         square: cython.double = 1e-300
         along: cython.double = 0.0
         for j in range(self.n):
-            agreed[j] = position[j]
             move[j] = unit * (speed[j] + half * now[2, j] + third * now[3, j])
             gone[j] = position[j] - now[0, j]
             square += move[j] * move[j]
@@ -80,10 +81,10 @@ class Travel:
         self.tick, self.ticks = sqrt(square), along / square
         most: cython.double = 0.25 * unforeseen * span * span * self.tick
         most = most if most > AT_ODDS * square else AT_ODDS * square
-        odd: cython.bint = False
+        self.odd = False
         for j in range(self.n):
-            odd = odd or fabs(move[j] * (gone[j] - self.ticks * move[j])) >= most
-        if not odd:
+            self.odd = self.odd or fabs(move[j] * (gone[j] - self.ticks * move[j])) >= most
+        if not self.odd:
             return
         median: cython.double = self.median()
         total: cython.double = 0.0
@@ -92,13 +93,15 @@ class Travel:
             total += fabs(move[j]) + 1e-15
             if fabs(move[j]) * fabs(gone[j] - median * move[j]) > most:
                 at_odds += fabs(move[j])
-        if at_odds >= 0.5 * total:
+        self.odd = at_odds < 0.5 * total
+        if not self.odd:
             return
         along = 0.0
         for j in range(self.n):
+            self.agreed[j] = position[j]
             if fabs(move[j]) * fabs(gone[j] - median * move[j]) > most:
-                agreed[j] = now[0, j] + median * move[j]
-            along += move[j] * (agreed[j] - now[0, j])
+                self.agreed[j] = now[0, j] + median * move[j]
+            along += move[j] * (self.agreed[j] - now[0, j])
         self.ticks = along / square
 
     def median(self) -> cython.double:

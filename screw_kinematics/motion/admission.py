@@ -9,13 +9,12 @@ What no robot can do is refused here. What is merely improbable is weighed by th
 
 from __future__ import annotations
 
-from array import array
 from collections import Counter
 from collections.abc import Sequence
 import math
 from numbers import Real
 
-from .numbers import for_joints, positive, whole
+from .numbers import for_joints, positive, Row, whole
 from ..errors import Reason
 
 START = 0.0
@@ -80,7 +79,7 @@ class Admission:
         self.restarts: Counter[str] = Counter()
         self.longest_gap = 0.0
         """The longest pause that restarted, s."""
-        self.position = array('d', [math.nan] * n_joints)
+        self.position: Row = (math.nan,) * n_joints
         self.stamp = math.nan
         """Of the latest good sample of the run; NaN before the first."""
         self.period = 0.0
@@ -94,7 +93,7 @@ class Admission:
         """Let the next good sample start a new run; the counts stay."""
         self.stamp = math.nan
 
-    def admit(self, stamp: float, position: array[float]) -> float | Reason:
+    def admit(self, stamp: float, position: Row) -> float | Reason:
         """
         Judge one sample.
 
@@ -102,8 +101,8 @@ class Admission:
         ----------
         stamp : float
             Time of the sample, s.
-        position : array, length n_joints
-            Measured positions, rad or m; an array that nobody changes from now on.
+        position : tuple of float, length n_joints
+            Measured positions, rad or m.
 
         Returns
         -------
@@ -133,17 +132,17 @@ class Admission:
         self.refusals[reason] += 1
         return reason
 
-    def _unwrapped(self, position: array[float]) -> array[float]:
+    def _unwrapped(self, position: Row) -> Row:
         assert self.wraps is not None
-        return array('d', [
+        return tuple([
             q - TURN * round((q - last) / TURN) if wraps and math.isfinite(q) else q
             for q, last, wraps in zip(position, self.position, self.wraps)])
 
-    def _plausible(self, position: array[float], dt: float) -> bool:
+    def _plausible(self, position: Row, dt: float) -> bool:
         return all(abs(q - last) <= limit * dt + self.max_jump for q, last, limit in zip(
             position, self.position, self.max_velocity))
 
-    def _judge(self, stamp: float, position: array[float], dt: float,
+    def _judge(self, stamp: float, position: Row, dt: float,
                shortest: float) -> float | Reason:
         """Handle whatever is out of the ordinary."""
         if not math.isfinite(stamp):
@@ -171,11 +170,11 @@ class Admission:
             return self._restart('jump', stamp, position)
         return self.refuse(Reason.IMPLAUSIBLE_JUMP)
 
-    def _restart(self, reason: str, stamp: float, position: array[float]) -> float:
+    def _restart(self, reason: str, stamp: float, position: Row) -> float:
         self.restarts[reason] += 1
         return self._start(stamp, position)
 
-    def _start(self, stamp: float, position: array[float]) -> float:
+    def _start(self, stamp: float, position: Row) -> float:
         self.position = position
         self.stamp = stamp
         self._backward = self._implausible = 0

@@ -5,7 +5,6 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from array import array
 from collections import deque
 from collections.abc import Sequence
 from math import factorial, hypot, isnan, nan, pi, sqrt, tan
@@ -16,7 +15,7 @@ from .admission import Admission
 from .estimator import MotionEstimator
 from .joint_estimator import JointEstimator, LARGEST_VELOCITY
 from .joint_motion import Array, JointMotion
-from .numbers import positive, whole
+from .numbers import positive, Row, whole
 from ..core.bank import Bank
 from ..errors import InvalidValueError, Reason
 
@@ -24,8 +23,8 @@ from ..errors import InvalidValueError, Reason
 class PlainEstimator(JointEstimator):
     """Base of estimators that take the stamps as they are."""
 
-    def _take(self, stamp: float, position: array[float],
-              velocity: array[float] | None) -> JointMotion | Reason:
+    def _take(self, stamp: float, position: Row,
+              velocity: Row | None) -> JointMotion | Reason:
         admission = self._admission
         dt = admission.admit(stamp, position)
         if isinstance(dt, Reason):
@@ -37,13 +36,13 @@ class PlainEstimator(JointEstimator):
         return self._advance(stamp, dt, admission.position, measured)
 
     @abstractmethod
-    def _start(self, stamp: float, position: array[float],
-               velocity: array[float] | None) -> None:
+    def _start(self, stamp: float, position: Row,
+               velocity: Row | None) -> None:
         """Begin a run with this sample."""
 
     @abstractmethod
-    def _advance(self, stamp: float, dt: float, position: array[float],
-                 velocity: array[float] | None) -> JointMotion | Reason:
+    def _advance(self, stamp: float, dt: float, position: Row,
+                 velocity: Row | None) -> JointMotion | Reason:
         """Take the next sample of the run, `dt` > 0 after the one before."""
 
 
@@ -118,21 +117,21 @@ class FiniteDifferences(PlainEstimator):
         self.cutoff = positive('cutoff', cutoff, ' Hz')
         self.velocity_source = velocity
 
-    def _start(self, stamp: float, position: array[float],
-               velocity: array[float] | None) -> None:
+    def _start(self, stamp: float, position: Row,
+               velocity: Row | None) -> None:
         self._period = nan
         self._position, self._velocity = np.array(position), self._usable(velocity)
         self._inputs = np.zeros((2, self.n_joints))
         self._outputs = np.zeros((2, self.n_joints))
         self._count = 1
 
-    def _usable(self, velocity: array[float] | None) -> Array | None:
+    def _usable(self, velocity: Row | None) -> Array | None:
         if velocity is None or self.velocity_source == 'position-only':
             return None
         return np.array(velocity) if hypot(*velocity) < LARGEST_VELOCITY else None
 
-    def _advance(self, stamp: float, dt: float, position: array[float],
-                 velocity: array[float] | None) -> JointMotion | Reason:
+    def _advance(self, stamp: float, dt: float, position: Row,
+                 velocity: Row | None) -> JointMotion | Reason:
         self._count += 1
         period, q = self._period, np.array(position)
         self._period = period = (
@@ -199,14 +198,14 @@ class SavitzkyGolay(PlainEstimator):
         self._scale = np.array([factorial(i) / self.window**i for i in range(4)])[:, None]
         self._samples: deque[tuple[float, Array]] = deque()
 
-    def _start(self, stamp: float, position: array[float],
-               velocity: array[float] | None) -> None:
+    def _start(self, stamp: float, position: Row,
+               velocity: Row | None) -> None:
         self._samples.clear()
         self._samples.append((stamp, np.array(position)))
         self._count = 1
 
-    def _advance(self, stamp: float, dt: float, position: array[float],
-                 velocity: array[float] | None) -> JointMotion | Reason:
+    def _advance(self, stamp: float, dt: float, position: Row,
+                 velocity: Row | None) -> JointMotion | Reason:
         samples = self._samples
         latest = np.array(position)
         samples.append((stamp, latest))

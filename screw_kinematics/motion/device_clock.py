@@ -4,7 +4,6 @@
 """When each reading was taken, in the time of the device that took it."""
 from __future__ import annotations
 
-from array import array
 from collections.abc import Sequence
 from copy import copy
 from math import dist, hypot, sqrt
@@ -12,6 +11,7 @@ from math import dist, hypot, sqrt
 from .clock_findings import clock_doubts, Tally, unknown_time
 from .first_ticks import FIRST, FirstTicks
 from .held_readings import HeldReadings
+from .numbers import Row
 from .stamp_share import BLOCK, KNOWN, StampShare
 from .tick_counter import TickCounter
 from ..core.bank import Bank
@@ -61,13 +61,13 @@ class Placed:
         Seconds of the stamps' clock in a second of the device's.
     age : float
         How long before the message's stamp the latest reading was first sent, s.
-    replay : list of (float, array) or None
+    replay : list of (float, tuple) or None
         The latest readings and their times, where these have turned out otherwise.
 
     """
 
     def __init__(self, time: float | None, instant: float, rate: float, age: float,
-                 replay: list[tuple[float, array[float]]] | None) -> None:
+                 replay: list[tuple[float, Row]] | None) -> None:
         self.time = time
         self.instant = instant
         self.rate = rate
@@ -96,10 +96,9 @@ class DeviceClock:
     def __init__(self, n_joints: int) -> None:
         self._readings = Readings(n_joints, WINDOW)
         self._periods = PeriodSearch(self._readings)
-        self._agreed = array('d', bytes(8 * n_joints))
-        self.start(0.0, self._agreed)
+        self.start(0.0, (0.0,) * n_joints)
 
-    def start(self, stamp: float, position: array[float],
+    def start(self, stamp: float, position: Row,
               known: DeviceClock | None = None) -> None:
         """Begin a run with a reading; what `known` has found of the device is known at once."""
         self.ticks: TickCounter | None = None
@@ -143,7 +142,7 @@ class DeviceClock:
             return 0.0
         return unknown_time(self.ticks, self._tally(), self._spacing)
 
-    def update(self, stamp: float, position: array[float], bank: Bank | None) -> Placed:
+    def update(self, stamp: float, position: Row, bank: Bank | None) -> Placed:
         """
         Place a message.
 
@@ -151,7 +150,7 @@ class DeviceClock:
         ----------
         stamp : float
             Later than that of the message before, s.
-        position : array
+        position : tuple of float
             Its positions.
         bank : FilterBank, optional
             What foresees the positions; None while it has not settled.
@@ -171,8 +170,7 @@ class DeviceClock:
         near = round((stamp - ticks.phase) / period)
         if bank is not None:
             span = (near if 0 < near < FAR else 1) * unit
-            agreed = self._agreed
-            x, length = bank.travel(position, unit, span, UNFORESEEN, agreed)
+            x, length, agreed = bank.travel(position, unit, span, UNFORESEEN)
             usual = length if self._foreseen is None else self._foreseen
             foreseen = max(usual / length, 0.15)
             unforeseen = UNFORESEEN * span * span / length
@@ -268,7 +266,7 @@ class DeviceClock:
             replay = self.begin_anew() or replay
         return Placed(self._time, self._time + self._ahead, 1.0 / self._ratio, 0.0, replay)
 
-    def _goes_on(self, position: array[float], x: float, unit: float, bank: Bank) -> bool:
+    def _goes_on(self, position: Row, x: float, unit: float, bank: Bank) -> bool:
         """Whether a reading after a pause is the next one, late: all joints go on by a tick."""
         d = round(x)
         if not 0 < d < FEW_TICKS:
@@ -281,7 +279,7 @@ class DeviceClock:
 
     # ---- before there are ticks
 
-    def _begin(self, stamp: float, position: array[float], same: bool) -> Placed:
+    def _begin(self, stamp: float, position: Row, same: bool) -> Placed:
         """Place a message by its stamp."""
         age = stamp - self._last
         if same and self._repeated.repeats(stamp, age, 0.0, 0.0, None):
@@ -299,7 +297,7 @@ class DeviceClock:
             self.unit = self.ticks.period * self._ratio
         return Placed(self._time, self._time, 1.0 / self._ratio, 0.0, None)
 
-    def begin_anew(self) -> list[tuple[float, array[float]]] | None:
+    def begin_anew(self) -> list[tuple[float, Row]] | None:
         """Go by the stamps, since the ticks are not what they were; count anew."""
         replay = (self._readings.by_stamps(self._time)
                   if self._readings.number() >= BLOCK else None)
@@ -314,7 +312,7 @@ class DeviceClock:
 
     # ---- what the joints say
 
-    def _judge(self) -> list[tuple[float, array[float]]] | None:
+    def _judge(self) -> list[tuple[float, Row]] | None:
         """Let the latest readings tell how much of the stamps is true, and of which ticks."""
         ticks = self.ticks
         assert ticks is not None
@@ -358,7 +356,7 @@ class DeviceClock:
         self._readings.rescale(self._tick, common)
         self._tick = 0.0
 
-    def _search(self) -> list[tuple[float, array[float]]] | None:
+    def _search(self) -> list[tuple[float, Row]] | None:
         """Try other countings of the latest readings; adopt one that is proven."""
         ticks, readings = self.ticks, self._readings
         assert ticks is not None

@@ -18,7 +18,6 @@ cdef class MotionEstimator(JointEstimator):
     cdef public long runs
     cdef public DeviceClock _clock
     cdef public Bank _bank
-    cdef object _agreed
     cdef bint _trusted, _regularise
     cdef double _settled, _shift, _back, _jumps
 

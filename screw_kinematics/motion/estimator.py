@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-from array import array
 from collections.abc import Iterable, Sequence
 from functools import partial
 from math import inf
@@ -16,6 +15,7 @@ from .device_clock import DeviceClock, Placed, UNFORESEEN
 from .filter_bank import covariance_of, make_bank
 from .joint_estimator import JointEstimator, listed
 from .joint_motion import JointMotion
+from .numbers import Row
 from ..core.bank import Bank
 from ..errors import InvalidValueError, Reason
 
@@ -108,7 +108,6 @@ class MotionEstimator(JointEstimator):
         """Whether motions shall know their covariance, which takes some microseconds."""
         self._clock = DeviceClock(n_joints)
         self._bank = self._make_bank()
-        self._agreed = array('d', bytes(8 * n_joints))
         self._trusted = velocity == 'auto'
         self._regularise = regularise
         self.runs = 0
@@ -150,7 +149,7 @@ class MotionEstimator(JointEstimator):
                 found.append(f'measured velocity is {what}{by}: joints {listed(names, joints)}')
         return found
 
-    def _unset(self, stamp: float, position: array[float]) -> float:
+    def _unset(self, stamp: float, position: Row) -> float:
         """Return the stamp by a clock that was not set back meanwhile."""
         own = stamp - self._shift
         last, bank = self._admission.stamp, self._bank
@@ -158,7 +157,7 @@ class MotionEstimator(JointEstimator):
             self._back = inf
             return own
         period = self._clock.period or 1e-3
-        ticks, _ = bank.travel(position, period, period, UNFORESEEN, self._agreed)
+        ticks, _, _ = bank.travel(position, period, period, UNFORESEEN)
         before, self._back = self._back, stamp if ticks > ONWARD else inf
         if ticks > ONWARD and stamp > before:
             # Two old stamps in order while the joints go on: the clock was set back. By how much
@@ -168,7 +167,7 @@ class MotionEstimator(JointEstimator):
             self._shift = stamp - own
         return own
 
-    def place(self, stamp: float, position: array[float], velocity: array[float] | None = None,
+    def place(self, stamp: float, position: Row, velocity: Row | None = None,
               known: DeviceClock | None = None) -> Placed | Reason:
         """
         Take one sample, but read nothing; return where it is in the device's time.
@@ -177,7 +176,7 @@ class MotionEstimator(JointEstimator):
         ----------
         stamp : float
             Time of the sample, s.
-        position, velocity : sequence of float, length n_joints
+        position, velocity : tuple of float, length n_joints
             As for `update`.
         known : DeviceClock, optional
             The clock of the device, where a sample that begins a run may know it.
@@ -229,7 +228,7 @@ class MotionEstimator(JointEstimator):
         return placed
 
     @property
-    def position(self) -> array[float]:
+    def position(self) -> Row:
         """Return the positions of the latest sample taken, continuous joints unwrapped."""
         return self._admission.position
 
@@ -238,8 +237,8 @@ class MotionEstimator(JointEstimator):
         """Return what is known of the device's clock."""
         return self._clock
 
-    def _take(self, stamp: float, position: array[float],
-              velocity: array[float] | None) -> JointMotion | Reason:
+    def _take(self, stamp: float, position: Row,
+              velocity: Row | None) -> JointMotion | Reason:
         outcome = self.place(stamp, position, velocity)
         if not isinstance(outcome, Placed):
             return outcome

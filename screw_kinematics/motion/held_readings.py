@@ -5,9 +5,9 @@
 
 from __future__ import annotations
 
-from array import array
 from math import dist, inf
 
+from .numbers import Row
 from ..core.bank import Bank
 
 HELD_MOST = 0.1
@@ -38,7 +38,7 @@ class HeldReadings:
 
     """
 
-    def __init__(self, stamp: float, position: array[float], hold: float = 0.0,
+    def __init__(self, stamp: float, position: Row, hold: float = 0.0,
                  quantum: float = inf) -> None:
         self.hold, self.quantum = hold, quantum
         self.standing = False
@@ -46,7 +46,7 @@ class HeldReadings:
         self._same = 0
         self._position = position
         # A reading, the one before, when it came, and for how long that one was held.
-        self._moved: tuple[array[float], array[float] | None, float, float] = (
+        self._moved: tuple[Row, Row | None, float, float] = (
             position, None, stamp, 0.0)
         self._steps = (position, position, 1), (position, position, 1)
 
@@ -75,7 +75,7 @@ class HeldReadings:
             self.standing or self._stands(since, foreseen, unit, bank))
         return age < 1.3 * self.hold or self.standing and since < HELD_MOST
 
-    def moved(self, stamp: float, position: array[float], ticks: int, learn: bool) -> None:
+    def moved(self, stamp: float, position: Row, ticks: int, learn: bool) -> None:
         """Take another reading, so many ticks later; `learn`: how far joints step at least."""
         self.standing = False
         self._steps = (position, self._position, ticks), self._steps[0]
@@ -85,7 +85,7 @@ class HeldReadings:
         else:
             self._moved = position, self._moved[0], stamp, 0.0
 
-    def stopped(self, position: array[float]) -> None:
+    def stopped(self, position: Row) -> None:
         """Know that the joints have stopped for good."""
         self.standing = False
         self._steps = (position, position, 1), (position, position, 1)
@@ -103,7 +103,7 @@ class HeldReadings:
                 and foreseen > HARDEST * (since - 1.1 * unit) * unit
                 and bank.encoder_steps(since) > STEPS_SEEN)
 
-    def _follow(self, stamp: float, position: array[float]) -> None:
+    def _follow(self, stamp: float, position: Row) -> None:
         """Learn for how long readings are held that repeat and then go on as before."""
         moved, before, when, ran = self._moved
         move = [a - b for a, b in zip(position, moved)]

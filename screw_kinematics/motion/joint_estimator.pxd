@@ -10,7 +10,6 @@ cdef class JointEstimator:
     cdef public double delay
     cdef public object reason
     cdef public Admission _admission
-    cdef object _delay_ns, _epoch_ns, _pack
+    cdef object _delay_ns, _epoch_ns
 
-    cpdef object _in_a_row(self, object values)
     cpdef object _measured(self, object velocity)

@@ -9,14 +9,13 @@ from abc import abstractmethod
 from array import array
 from collections.abc import Iterable, Mapping, Sequence
 from math import hypot, nan
-from struct import Struct
 
 from numpy import ndarray
 from numpy.typing import ArrayLike
 
 from .admission import Admission
 from .joint_motion import JointMotion
-from .numbers import delay_of, whole
+from .numbers import delay_of, Row, whole
 from .units import times
 from ..errors import InvalidValueError, Reason
 
@@ -54,7 +53,6 @@ class JointEstimator:
         self._admission = admission
         self._delay_ns = round(self.delay * 1e9)
         self._epoch_ns = 0
-        self._pack = Struct(f'{self.n_joints}d').pack
 
     def update(self, stamp: float, position: ArrayLike,
                velocity: ArrayLike | None = None) -> JointMotion | None:
@@ -109,8 +107,8 @@ class JointEstimator:
         if not -EPOCH_SPAN_NS < since < EPOCH_SPAN_NS:
             self.reset()
             self._epoch_ns, since = stamp_ns, 0
-        outcome = self._take(since * 1e-9, self._in_a_row(position),
-                             None if velocity is None else self._in_a_row(velocity))
+        outcome = self._take(since * 1e-9, tuple(position),
+                             None if velocity is None else tuple(velocity))
         if isinstance(outcome, JointMotion):
             self.reason = None
             outcome.stamp_ns = stamp_ns - self._delay_ns
@@ -160,31 +158,25 @@ class JointEstimator:
                 f'{admission.max_gap:g} s: begun anew {times(admission.restarts["gap"])}']
 
     @abstractmethod
-    def _take(self, stamp: float, position: array[float],
-              velocity: array[float] | None) -> JointMotion | Reason:
+    def _take(self, stamp: float, position: Row,
+              velocity: Row | None) -> JointMotion | Reason:
         """Take one sample, stamp in s; return the motion it leads to, or why there is none."""
 
-    def _in_a_row(self, values: Sequence[float]) -> array[float]:
-        """Return numbers as an array, by way of bytes: so it is made in a third of the time."""
-        if len(values) == self.n_joints:
-            return array('d', self._pack(*values))
-        return array('d', values)
-
-    def _measured(self, velocity: array[float]) -> array[float] | None:
+    def _measured(self, velocity: Row) -> Row | None:
         """Return velocities, NaN where there is none; None if there are too few or many."""
         if len(velocity) != self.n_joints:
             return None
         if hypot(*velocity) < LARGEST_VELOCITY:
             return velocity
-        return array('d', [v if abs(v) < LARGEST_VELOCITY else nan for v in velocity])
+        return tuple([v if abs(v) < LARGEST_VELOCITY else nan for v in velocity])
 
 
-def _row(values: ArrayLike) -> array[float]:
+def _row(values: ArrayLike) -> Row:
     """Return numbers in a row."""
     try:
         if isinstance(values, ndarray):
-            return array('d', values.ravel().tolist())
-        return array('d', values)   # type: ignore[arg-type]
+            return tuple(values.ravel().tolist())
+        return tuple(array('d', values))    # type: ignore[arg-type]
     except TypeError:
         raise InvalidValueError(
             f'positions and velocities of a sample are numbers in a row; got {values!r}') from None

@@ -12,6 +12,9 @@ import numpy as np
 
 from ..errors import InvalidValueError
 
+Row = tuple[float, ...]
+"""A number for each joint."""
+
 
 def positive(name: str, value: Any, unit: str = '') -> float:
     """

@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-from array import array
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from math import sqrt
@@ -213,8 +212,8 @@ def _runs(stamps: Array, positions: Array, velocities: Array | None, limits: dic
     runs: list[_Run] = []
     for k, (stamp, position) in enumerate(zip(stamps.tolist(), positions.tolist())):
         before = estimator.runs
-        placed = estimator.place(stamp, array('d', position),
-                                 None if velocities is None else array('d', velocities[k]),
+        placed = estimator.place(stamp, tuple(position),
+                                 None if velocities is None else tuple(velocities[k].tolist()),
                                  known[len(runs)] if len(runs) < len(known) else None)
         if isinstance(placed, Reason):
             continue
