@@ -329,8 +329,8 @@ class Bank:
 
     # ---- what the clock asks
 
-    def travel(self, position: Sequence[float], unit: cython.double, span: cython.double,
-               unforeseen: cython.double) -> tuple[float, float, Sequence[float]]:
+    def travel(self, position: tuple[float, ...], unit: cython.double, span: cython.double,
+               unforeseen: cython.double) -> tuple[float, float, tuple[float, ...]]:
         """Return ticks travelled, length of the move in one [rad], agreed positions: `Travel`."""
         j: cython.Py_ssize_t
         for j in range(self.n):
