@@ -66,8 +66,9 @@ def deviations(samples: Samples, truth: Any, delay: float,
     variance = np.array([np.diagonal(motion.covariance, axis1=1, axis2=2).T
                          for motion in motions])
     # What is claimed of the instant, as it moves the joints' velocities and accelerations.
-    unknown = np.array([motion.unknown for motion in motions])
-    together = unknown[:, None, None] * state[:, 1:]
+    error = np.array([motion.clock_error for motion in motions])[:, :, None, None]
+    together = np.stack([error[:, 0] * state[:, 1:], error[:, 1] * np.arange(3)[:, None]
+                         * state[:, :3]], axis=2)
     q, v, a = min((truth(np.array(at) + offset)[:3] for offset in np.linspace(
         *offsets, OFFSETS if any(offsets) else 1)),
         key=lambda true: float(np.nanmean((state[:, 1] - true[1])**2)))
@@ -82,8 +83,9 @@ def deviations(samples: Samples, truth: Any, delay: float,
         true, own = chain.state(q, v, a), chain.state(q, state[:, 1], state[:, 2])
         for order, what in ((1, QUANTITIES[2]), (2, QUANTITIES[3])):
             common = together[:, order]
-            spread = np.einsum('kij,kj->ki', jacobian**2, variance[:, order] - common**2)
-            spread += np.einsum('kij,kj->ki', jacobian, common)**2
+            spread = np.einsum('kij,kj->ki', jacobian**2,
+                               variance[:, order] - (common**2).sum(axis=1))
+            spread += (np.einsum('kij,klj->kli', jacobian, common)**2).sum(axis=1)
             found[what] = (own.classical(order) - true.classical(order)) / np.sqrt(spread)
     return found
 

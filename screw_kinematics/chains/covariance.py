@@ -13,11 +13,11 @@ __all__ = ['through_jacobian']
 
 
 def through_jacobian(jacobian: Sequence[float] | Array, variances: Sequence[float],
-                     together: Sequence[float] = ()) -> list[float]:
+                     together: Sequence[Sequence[float]] = ()) -> list[float]:
     """
     Return the covariance of a vector, of joints that err independently but for a part.
 
-    ``J (diag(variances - together^2) + together together^T) J^T``, for a twist from the variances
+    ``J (diag(variances - t^2) + t t^T) J^T`` for each t together, for a twist from the variances
     of joint velocities, and to leading order for an acceleration from those of joint
     accelerations: what the errors of position and velocity add is smaller by the time the motion
     takes to change.
@@ -28,9 +28,9 @@ def through_jacobian(jacobian: Sequence[float] | Array, variances: Sequence[floa
         d twist / d qd, row by row, angular rows first; or any rows of it.
     variances : sequence of n float
         Variances of the joints' rates or accelerations; NaN where not known.
-    together : sequence of n float, optional
+    together : sequence of sequences of n float, optional
         Deviations, part of these, that all joints have at once: by how much their rates change
-        where the instant is later by its standard deviation.
+        where the instant is later, or the clock faster, by its standard deviation.
 
     Returns
     -------
@@ -42,7 +42,7 @@ def through_jacobian(jacobian: Sequence[float] | Array, variances: Sequence[floa
     --------
     >>> through_jacobian([0, 0, 1, 0, 2, 0], [0.25])[28:30]    # of v_y: with itself, with v_z
     [1.0, 0.0]
-    >>> through_jacobian([0, 0, 0, 0, 0, 0, 1, 1, 0, 0, 0, 0], [1.0, 1.0], [1.0, -1.0])[21]
+    >>> through_jacobian([0, 0, 0, 0, 0, 0, 1, 1, 0, 0, 0, 0], [1.0, 1.0], [[1.0, -1.0]])[21]
     0.0
 
     """
@@ -51,9 +51,8 @@ def through_jacobian(jacobian: Sequence[float] | Array, variances: Sequence[floa
     J = J if J.ndim == 2 else J.reshape(6, -1)    # noqa: N806
     if len(together):
         common = np.array(together)
-        values = values - common * common
-        at_once = J.dot(common)
-        covariance = (J * values).dot(J.T) + at_once[:, None] * at_once
+        at_once = J.dot(common.T)
+        covariance = (J * (values - (common * common).sum(axis=0))).dot(J.T) + at_once.dot(at_once.T)
     else:
         covariance = (J * values).dot(J.T)
     if not np.all(np.isfinite(covariance)):

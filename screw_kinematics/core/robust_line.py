@@ -147,8 +147,8 @@ class Line:
         return self.k[self.count - 1] - self.k[0] if self.count else 0.0
 
     def pairs(self) -> int:
-        """Return their number."""
-        return self.count
+        """Return how many were added of those that are remembered."""
+        return self.count * self.stride
 
     def fit(self, tick: cython.double) -> tuple[float, float, float]:
         """Return the line's stamp at a tick, its slope, and the mean deviation."""

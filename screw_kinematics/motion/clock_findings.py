@@ -7,6 +7,7 @@ from __future__ import annotations
 from math import hypot, sqrt
 from typing import NamedTuple
 
+from .clock_error import ClockError
 from .tick_counter import LONGEST, TickCounter
 
 ENOUGH, MANY = 20, 100
@@ -28,23 +29,26 @@ class Tally(NamedTuple):
     lost: int
 
 
-def unknown_time(ticks: TickCounter, tally: Tally, messages: float) -> float:
+def clock_error(ticks: TickCounter | None, tally: Tally, messages: float) -> ClockError:
     """
-    Return the standard deviation of the device's time at a stamp that none can know, s.
+    Return what none can know of the device's time; `ticks`: None where stamps are right.
 
     The line through ticks and stamps ends where they are needed, known by two standard errors of
-    its mean. Who reads by another clock takes readings that are up to a period old; where both
-    beat slowly, the joints tell the ticks, but nothing tells what is between. `messages`: their
-    period, s.
+    its mean, and its slope by as many of its own. Who reads by another clock takes readings that
+    are up to a period old; where both beat slowly, the joints tell the ticks, but nothing tells
+    what is between. `messages`: their period, s.
     """
+    if ticks is None:
+        return ClockError()
     held, fresh, lost = tally
-    line = 2.0 * ticks.deviation / sqrt(max(ticks.line.pairs(), 1))
+    time = 2.0 * ticks.deviation / sqrt(max(ticks.line.pairs(), 1))
+    rate = sqrt(12.0) * time / (max(ticks.line.ticks(), 1.0) * ticks.period)
     if held + fresh < ENOUGH or not (held > HOLDS or lost > SKIPS * fresh):
-        return line
+        return ClockError(time, rate)
     shorter, longer = min(ticks.period, messages), max(ticks.period, messages)
     # The line through the stamps averages a beat that is faster than it remembers.
     beats = abs(longer / shorter - round(longer / shorter)) * LONGEST / longer
-    return hypot(line, shorter / sqrt(12.0) / max(1.0, beats))
+    return ClockError(hypot(time, shorter / sqrt(12.0) / max(1.0, beats)), rate)
 
 
 def clock_doubts(ticks: TickCounter | None, tally: Tally) -> list[str]:

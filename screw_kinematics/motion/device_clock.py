@@ -8,7 +8,8 @@ from collections.abc import Sequence
 from copy import copy
 from math import dist, hypot, sqrt
 
-from .clock_findings import clock_doubts, Tally, unknown_time
+from .clock_error import ClockError
+from .clock_findings import clock_doubts, clock_error, Tally
 from .first_ticks import FIRST, FirstTicks
 from .held_readings import HeldReadings
 from .numbers import Row
@@ -136,11 +137,9 @@ class DeviceClock:
         return 0.0 if self.ticks is None else self.ticks.period
 
     @property
-    def unknown(self) -> float:
-        """Return the standard deviation of the device's time that none can know, s."""
-        if self.ticks is None or self.share > 0.5:
-            return 0.0
-        return unknown_time(self.ticks, self._tally(), self._spacing)
+    def error(self) -> ClockError:
+        """Return what none can know of the device's time."""
+        return clock_error(self.ticks if self.share <= 0.5 else None, self._tally(), self._spacing)
 
     def update(self, stamp: float, position: Row, bank: Bank | None) -> Placed:
         """

@@ -256,8 +256,8 @@ class MotionEstimator(JointEstimator):
         values = bank.values()
         if not wanted:
             return JointMotion(stamp - self.delay, values)
-        unknown = self._clock.unknown
+        error = self._clock.error
         motion = JointMotion(stamp - self.delay, values,
-                             partial(covariance_of, bank.variances(), values, unknown))
-        motion.unknown = unknown
+                             partial(covariance_of, bank.variances(), values, error))
+        motion.clock_error = error
         return motion

@@ -8,7 +8,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from .joint_motion import Array
+from .clock_error import ClockError
+from .joint_motion import Array, EXACT
 from ..core.bank import Bank
 
 FILTERS = (*((4, f) for f in (2.0, 3.5, 6.0, 10.5, 18.0, 32.0, 56.0, 98.0, 170.0, 300.0)),
@@ -33,19 +34,20 @@ def make_bank(n_joints: int, delay: float) -> Bank:
 
 
 def covariance_of(triangles: Sequence[float], values: Sequence[float] = (),
-                  unknown: float = 0.0) -> Array:
+                  error: ClockError = EXACT) -> Array:
     """
     Return covariances (n, 4, 4) from their upper triangles, n numbers for each of ten rows.
 
-    Where the instant is not known better than by a standard deviation [s], `unknown`, each joint
-    errs along its own motion, of which `values` are position, velocity, ... in a row.
+    As the clock errs, each joint errs along its own motion, of which `values` are position,
+    velocity, ... in a row: by the next derivative for the instant, by its order for the rate.
     """
     rows = np.array(triangles).reshape(10, -1)
     covariance = np.empty((rows.shape[1], 4, 4))
     for row, (i, j) in zip(rows, UPPER):
         covariance[:, i, j] = covariance[:, j, i] = row
-    if unknown:
-        along = np.zeros((rows.shape[1], 4))
-        along[:, :3] = unknown * np.array(values).reshape(4, -1)[1:].T
-        covariance += along[:, :, None] * along[:, None, :]
+    if any(error):
+        state = np.array(values).reshape(4, -1).T
+        onward = np.column_stack([state[:, 1:], np.zeros(len(state))])
+        for along in (error.time * onward, error.rate * np.arange(4.0) * state):
+            covariance += along[:, :, None] * along[:, None, :]
     return covariance

@@ -7,6 +7,6 @@ cimport cython
 cdef class JointMotion:
     cdef readonly double stamp
     cdef public object stamp_ns
-    cdef public double unknown
+    cdef public object clock_error
     cdef readonly object values
     cdef object _covariance, _state

@@ -11,8 +11,12 @@ from typing import Union
 import numpy as np
 from numpy.typing import NDArray
 
+from .clock_error import ClockError
+
 Array = NDArray[np.float64]
 CovarianceSource = Union[Callable[[], Array], None]
+
+EXACT = ClockError()
 
 
 class JointMotion:
@@ -38,9 +42,9 @@ class JointMotion:
         As given.
     stamp_ns : int
         The instant in ns, where the estimator was given ns; else 0.
-    unknown : float
-        Standard deviation, in s, of the instant in the time of the device that read the joints:
-        of all joints alike. The covariance has what it adds to each.
+    clock_error : ClockError
+        What none can know of the time of the device that read the joints, of all joints alike.
+        The covariance has what it adds to each.
 
     Examples
     --------
@@ -50,13 +54,13 @@ class JointMotion:
 
     """
 
-    __slots__ = ('_covariance', '_state', 'stamp', 'stamp_ns', 'unknown', 'values')
+    __slots__ = ('_covariance', '_state', 'clock_error', 'stamp', 'stamp_ns', 'values')
 
     def __init__(self, stamp: float, values: Sequence[float],
                  covariance: CovarianceSource = None) -> None:
         self.stamp = stamp
         self.stamp_ns = 0
-        self.unknown = 0.0
+        self.clock_error = EXACT
         self.values = values
         self._state: Array | None = None
         self._covariance: CovarianceSource | Array = covariance

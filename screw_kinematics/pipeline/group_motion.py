@@ -20,6 +20,8 @@ from .joint_groups import LARGEST, Reading
 from .settings import MotionSettings
 from ..errors import Reason
 from ..motion import JointEstimator, JointMotion, make_estimator, MotionEstimator
+from ..motion.clock_error import ClockError
+from ..motion.joint_motion import EXACT
 
 MAX_BACK_NS = 500_000_000
 BACK_PATIENCE = 20
@@ -42,15 +44,15 @@ class Motion:
     variances : sequence of float
         Of positions, velocities, accelerations and jerks, in the same order; NaN where not
         known. Empty unless asked for.
-    unknown : float
-        Standard deviation of the instant, of all joints alike [s]; variances have it.
+    clock_error : ClockError
+        Of all joints alike; variances have it.
 
     """
 
     stamp_ns: int
     values: Sequence[float]
     variances: Sequence[float] = ()
-    unknown: float = field(default=0.0, repr=False)
+    clock_error: ClockError = field(default=EXACT, repr=False)
 
 
 class GroupMotion(Protocol):
@@ -164,7 +166,7 @@ class EstimatedMotion:
         if self._order < 3 and not self._covariance:
             values = values[:(self._order + 1) * len(reading.position)]
         return Motion(estimate.stamp_ns, values,
-                      variances(estimate) if self._covariance else (), estimate.unknown)
+                      variances(estimate) if self._covariance else (), estimate.clock_error)
 
 
 class PositionOnlyMotion(EstimatedMotion):
@@ -190,7 +192,7 @@ class MeasuredVelocityMotion(EstimatedMotion):
         if isinstance(estimate, Motion):
             n = len(known)
             return Motion(reading.stamp_ns, [*known, *estimate.values[n:]],
-                          (*unknown, *estimate.variances[n:]), estimate.unknown)
+                          (*unknown, *estimate.variances[n:]), estimate.clock_error)
         if estimate is Reason.SETTLING:
             return Motion(reading.stamp_ns, known, unknown * 2)
         return estimate
@@ -217,7 +219,7 @@ class WithSnap:
             return motion
         return Motion(motion.stamp_ns, [
             *motion.values, *self._slope(motion.stamp_ns, motion.values[3 * n:])],
-            motion.variances, motion.unknown)
+            motion.variances, motion.clock_error)
 
     def _slope(self, now: int, jerk: Sequence[float]) -> list[float]:
         jerks = self._jerks

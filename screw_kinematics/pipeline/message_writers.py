@@ -81,13 +81,15 @@ class JointColumns:
         assert state.base is not None
         return [*own, *state.base.variances(derivative)]
 
-    def together(self, state: State, derivative: int) -> Sequence[float]:
-        """Return deviations that all joints have at once, as their instant errs; or nothing."""
-        unknown = state.motion.unknown
-        if not unknown or state.order <= derivative:
+    def together(self, state: State, derivative: int) -> Sequence[Sequence[float]]:
+        """Return deviations that all joints have at once, as their clock errs; or nothing."""
+        error, values = state.motion.clock_error, state.motion.values
+        if not any(error):
             return ()
-        own = [unknown * rate for rate in self.select(state.motion.values, derivative + 1)]
-        return [*own, *(0.0,) * 6] if self._moving_base else own
+        found = error.deviations(
+            derivative, self.select(values, derivative),
+            self.select(values, derivative + 1) if state.order > derivative else ())
+        return [[*row, *(0.0,) * 6] for row in found] if self._moving_base else found
 
 
 class MessageWriter(Protocol):

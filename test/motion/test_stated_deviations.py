@@ -93,6 +93,16 @@ def test_what_a_reader_by_another_clock_cannot_know_is_stated_from_its_first_out
     assert 0.5 < np.sqrt((sizes[:, 0]**2).mean()) < 1.5     # as right after the pause as before
 
 
+@pytest.mark.parametrize('seed', range(6))
+def test_how_fast_the_clock_is_that_few_stamps_tell_is_stated_too(seed):
+    rng, motion = np.random.default_rng(seed), sines(seed, JOINTS, 1.5)
+    messages = stamping.on_arrival(*stamping.device(motion, 1000.0, 0.4, seed), rng)
+    sizes = sizes_of(MotionEstimator(JOINTS, delay=0.02), lambda t: motion(t - 4e-4),
+                     messages.stamps, messages.positions, settled=0.0)
+    assert len(sizes) > 250
+    assert sizes.max() < 10.0
+
+
 def test_a_joint_without_velocity_leaves_the_others_deviations_right():
     rng, motion = np.random.default_rng(1), sines(1, JOINTS)
     stamps = np.arange(1000) / RATE

@@ -6,6 +6,7 @@ from struct import unpack
 
 import numpy as np
 import pytest
+from screw_kinematics.motion.clock_error import ClockError
 from screw_kinematics.pipeline.group_motion import Motion
 from screw_kinematics.pipeline.kinematics import Kinematics
 from screw_kinematics.pipeline.message_writers import JointColumns, message_writer
@@ -44,19 +45,22 @@ def test_covariances_of_the_imu_are_those_of_the_joints_through_the_jacobian():
                                    J @ np.diag(variances[row]) @ J.T, rtol=1e-9, atol=1e-15)
 
 
-def test_the_imu_errs_along_its_motion_where_the_instant_is_uncertain():
-    late, n = 2e-3, 3
-    along = [late * np.array(MOTION.values[n * k:n * k + n]) for k in (1, 2)]
-    variances = np.reshape(MOTION.variances, (4, n))
-    together = variances + np.square([*along, np.zeros(n), np.zeros(n)])
-    values = imu('base', 'tip', Motion(MOTION.stamp_ns, MOTION.values, together.ravel(), late))
+def test_the_imu_errs_along_its_motion_where_the_clock_is_uncertain():
+    late, fast, n = 2e-3, 1e-2, 3
+    state, variances = (np.reshape(part, (-1, n)) for part in (MOTION.values, MOTION.variances))
+    later = [late * state[1], late * state[2], np.zeros(n), np.zeros(n)]
+    faster = fast * np.arange(3)[:, None] * state
+    together = variances + np.square(later)
+    together[:3] += np.square(faster)
+    values = imu('base', 'tip', Motion(MOTION.stamp_ns, MOTION.values, together.ravel(),
+                                       ClockError(late, fast)))
     q = np.array(MOTION.values[:n])
     J = ARM.pose(q)[:3, :3].T @ ARM.jacobian(q, 'tip')[:3]
     for start, k in ((4, 0), (16, 1)):
         np.testing.assert_allclose(
             values[start:start + 9].reshape(3, 3),
-            J @ (np.diag(variances[k]) + np.outer(along[k], along[k])) @ J.T, rtol=1e-9,
-            atol=1e-15)
+            J @ (np.diag(variances[k]) + np.outer(later[k], later[k])
+                 + np.outer(faster[k], faster[k])) @ J.T, rtol=1e-9, atol=1e-15)
 
 
 def test_columns_of_a_tip():

@@ -1,0 +1,47 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What none can know of the time of the device that read the joints: all of them err by it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+
+class ClockError(NamedTuple):
+    """
+    Standard deviations of what stamps tell of a device's time.
+
+    Attributes
+    ----------
+    time : float
+        Of an instant, s.
+    rate : float
+        Of how many seconds of the stamps' clock one of the device's takes.
+
+    """
+
+    time: float = 0.0
+    rate: float = 0.0
+
+    def deviations(self, order: int, own: Sequence[float],
+                   onward: Sequence[float] = ()) -> list[list[float]]:
+        """
+        Return the deviations that all joints have at once: a row for each of the two.
+
+        Parameters
+        ----------
+        order : int
+            Of which derivative of the positions; 0: of these.
+        own : sequence of float
+            That derivative of each joint.
+        onward : sequence of float
+            The next one; none where it is not known.
+
+        """
+        found = []
+        if self.time and len(onward):
+            found.append([self.time * rate for rate in onward])
+        if self.rate and order:
+            found.append([order * self.rate * rate for rate in own])
+        return found
