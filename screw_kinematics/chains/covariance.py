@@ -51,8 +51,9 @@ def through_jacobian(jacobian: Sequence[float] | Array, variances: Sequence[floa
     J = J if J.ndim == 2 else J.reshape(6, -1)    # noqa: N806
     if len(together):
         common = np.array(together)
+        values = values - (common * common).sum(axis=0)
         at_once = J.dot(common.T)
-        covariance = (J * (values - (common * common).sum(axis=0))).dot(J.T) + at_once.dot(at_once.T)
+        covariance = (J * values).dot(J.T) + at_once.dot(at_once.T)
     else:
         covariance = (J * values).dot(J.T)
     if not np.all(np.isfinite(covariance)):
