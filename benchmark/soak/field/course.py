@@ -51,10 +51,13 @@ def tool(rig: Rig, random: Random) -> None:
     number = random.choice([k for k, robot in enumerate(ROBOTS) if robot.description])
     robot, at = ROBOTS[number], max(rig.models[number])
     wanted = 1 - at
+    checks = [check for (k, _), check in rig.checks.items() if k == number]
     rig.models[number] = {0, 1}
     rig.set_parameters({f'{robot.name}.tool_offset': list(OFFSET) if wanted else [0.0] * 6,
                         'diagnostics_rate': random.choice([4.0, 5.0])})
-    rig.spin(3.0)       # what was on its way has come
+    changed = time.monotonic()
+    rig.wait(lambda: all(at - late > changed for at, late in (c.latest for c in checks)),
+             'outputs by the new tool')     # what was on its way has come
     rig.models[number] = {wanted}
     rig.spin(1.0)
 
