@@ -17,6 +17,9 @@ EVERY = 17
 JUMP = 0.02
 """Positions that differ by less may be of one motion [rad, m]."""
 
+BACK = 0.2
+"""Share of a jump up to which a joint may miss where it came from, to have jumped back."""
+
 HITS = 3
 """So many triples that jump there and back are two sources, not a glitch."""
 
@@ -128,7 +131,7 @@ class StreamWatch:
         hits = self._there_and_back
         for k, (a, b, c) in enumerate(zip(*self._last)):
             hits[k] *= FORGET
-            if abs(b - c) > JUMP and abs(a - c) < 0.2 * abs(b - c):
+            if abs(b - c) > JUMP and abs(a - c) < BACK * abs(b - c):
                 hits[k] += 1.0
             elif not self._continuous[k] and (abs(abs(b - c) - 2 * pi) < WRAP
                                               or abs(abs(a - b) - 2 * pi) < WRAP):

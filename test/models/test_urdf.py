@@ -6,17 +6,7 @@ import pytest
 
 from screw_kinematics import models
 from screw_kinematics.errors import ModelError, ScrewKinematicsError
-
-
-def joint(name, parent, child, kind='revolute', parts='<axis xyz="0 0 1"/>'):
-    return (f'<joint name="{name}" type="{kind}"><parent link="{parent}"/>'
-            f'<child link="{child}"/>{parts}</joint>')
-
-
-def robot(links, *joints):
-    return '<robot name="r">' + ''.join(
-        f'<link name="{link}"/>' for link in links.split()) + ''.join(joints) + '</robot>'
-
+from support.urdf import joint, robot
 
 TWO = robot('a b c', joint('j', 'a', 'b'), joint('k', 'b', 'c', 'prismatic'))
 
@@ -259,42 +249,6 @@ def test_a_free_joint_above_an_arm_says_which_base_does_without_it(kind):
     assert models.load_urdf(text, 'base').joint_names == ('j',)
 
 
-def test_declared_encodings_are_heeded():
-    for name, codec in (('ISO-8859-1', 'latin-1'), ('cp1252', 'cp1252'), ('utf8', 'utf-8')):
-        text = f'<?xml version="1.0" encoding="{name}"?>' + robot('a b', joint('Öl', 'a', 'b'))
-        assert models.load_urdf(text.encode(codec)).joint_names == ('Öl',)
-
-
-@pytest.mark.parametrize('codec', ['utf-8-sig', 'utf-16', 'utf-32', 'utf-16-le', 'utf-16-be'])
-def test_byte_order_marks_are_heeded(codec):
-    text = '<?xml version="1.0"?>' + robot('a b', joint('Öl', 'a', 'b'))
-    assert models.load_urdf(text.encode(codec)).joint_names == ('Öl',)
-
-
-@pytest.mark.parametrize('encoding', ['gbk', 'shift_jis', 'UTF-16', 'utf-32', 'euc_kr', 'cp037'])
-def test_plain_ascii_is_read_whatever_encoding_it_declares(encoding):
-    text = f'<?xml version="1.0" encoding="{encoding}"?>' + TWO
-    assert models.load_urdf(text.encode()).dof == 2
-
-
-@pytest.mark.parametrize('encoding', [
-    'foo', 'hex', 'rot13', 'base64', 'zlib', 'bz2', 'uu', 'quopri', 'idna', 'punycode',
-    'undefined', 'unicode_escape', 'utf-8\0x', 'x' * 300])
-def test_encodings_that_are_none_of_text_are_refused(encoding):
-    text = f'<?xml version="1.0" encoding="{encoding}"?>' + TWO
-    with pytest.raises(ModelError, match='arm.urdf: encoding: got .*; allowed: one of text') as e:
-        models.load_urdf(text.encode(), source='arm.urdf')
-    assert len(str(e.value)) < 300
-    if '\0' not in encoding:
-        assert models.load_urdf(text).dof == 2      # text from a topic is decoded already
-
-
-def test_bytes_that_do_not_follow_their_encoding_are_refused():
-    text = '<?xml version="1.0" encoding="utf-8"?>' + robot('a b', joint('Öl', 'a', 'b'))
-    with pytest.raises(ModelError, match="robot_description: not utf-8: .*invalid"):
-        models.load_urdf(text.encode('latin-1'))
-
-
 def test_the_first_of_repeated_parts_holds():
     """As other readers of URDF have it; but it is told."""
     text = robot('a b', joint('j', 'a', 'b', parts='<axis xyz="0 1 0"/><axis xyz="1 0 0"/>'))
@@ -311,14 +265,6 @@ def test_lines_of_followers_are_bounded():
     assert models.load_urdf(line(50), tip_frame='l1').joint_names == ('j50',)
     with pytest.raises(ModelError, match="joint 'j0': mimic: got .*; allowed: a line of at most"):
         models.load_urdf(line(51), tip_frame='l1')
-
-
-@pytest.mark.parametrize('before', ['', '\n  ', '\ufeff', '\ufeff\n', '\n\ufeff\r\n '])
-def test_declarations_may_come_after_blanks(before):
-    text = before + '<?xml version="1.0"?>' + TWO
-    assert models.load_urdf(text).dof == models.load_urdf(text.encode()).dof == 2
-    with pytest.raises(ModelError, match=f'line {1 + before.count(chr(10))}'):
-        models.load_urdf(text + '<')
 
 
 def test_a_defect_elsewhere_does_not_stop_an_arm():

@@ -11,10 +11,10 @@ import numpy as np
 
 from .findings import Finding, PROBLEM, REMARK
 from ...pipeline.joint_groups import listed
+from ...pipeline.stream_watch import BACK, JUMP
 from ...recordings.joint_streams import JointStream
 from ...screws.se3 import Array
 
-_JUMP = 0.02        # positions that differ by less may be of one motion [rad, m]
 _HITS = 5           # jumps there and back that are no glitches
 _SHARE = 0.005      # of the samples, at least
 _NOISE = 0.25       # each of two sources moves on; of one, however parted, more jumps are left
@@ -64,7 +64,7 @@ def _jumps(position: Array) -> Array:
     """Return how often each joint jumps there and back."""
     before, between, after = position[:-2], position[1:-1], position[2:]
     away = np.abs(between - after)
-    count: Array = ((away > _JUMP) & (np.abs(before - after) < 0.2 * away)).sum(axis=0)
+    count: Array = ((away > JUMP) & (np.abs(before - after) < BACK * away)).sum(axis=0)
     return count
 
 
@@ -80,7 +80,7 @@ def report_overlaps(topic: str, streams: Sequence[JointStream], wanted: Mapping[
         for name in both:
             values = [stream.position()[:, stream.names.index(name)] for stream in (slow, fast)]
             there = np.interp(slow.received, fast.received, values[1])
-            if np.median(np.abs(values[0] - there)) > _JUMP:
+            if np.median(np.abs(values[0] - there)) > JUMP:
                 apart.append(name)
         parts = ', '.join(
             f'{len(stream.names)} joints in {_described(both, np.array(stream.received), q)}'
@@ -117,7 +117,7 @@ def report_velocity_field(label: str, names: Sequence[str], time: Array, positio
         v, q = velocity[1:, i], position[1:, i]
         # At rest and near zero both may be right; where a joint moves they are not.
         moving = np.isfinite(v) & np.isfinite(speed) & (speed > _SPEED)
-        if moving.sum() < 20 or np.ptp(q[moving]) < _JUMP or not v[moving].any():
+        if moving.sum() < 20 or np.ptp(q[moving]) < JUMP or not v[moving].any():
             continue
         if (np.abs(v - q)[moving] <= 1e-9).mean() > _FIELD:
             positions.append(name)
@@ -146,7 +146,7 @@ def _second_source(position: Array) -> Array:
     last: list[Array | None] = [position[0], None]
     for i, row in enumerate(position[1:], start=1):
         gaps = [np.inf if one is None else float(np.abs(row - one).max()) for one in last]
-        which = int(gaps[1] < gaps[0]) if last[1] is not None else int(gaps[0] > _JUMP)
+        which = int(gaps[1] < gaps[0]) if last[1] is not None else int(gaps[0] > JUMP)
         second[i], last[which] = bool(which), row
     return second if second.sum() <= len(position) / 2 else ~second
 
