@@ -16,7 +16,6 @@ cdef class Mixture:
     cdef Gains gains
     cdef Steps steps
     cdef double[:, ::1] states      # of one signal's filters, (4, M)
-    cdef double[::1] scale
     cdef double[:, ::1] p           # covariances: after the latest step, or smoothed
     # What `look` has found: how far the instant is beyond the states, in TIME_UNIT; the first of
     # the rows of their covariances.

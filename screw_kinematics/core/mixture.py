@@ -12,7 +12,7 @@ except ImportError:
 from .channel import Channel
 from .gains import Gains
 from .steps import Steps
-from .tables import NEGLIGIBLE, row, SCALE, table, TIME_UNIT, zeros
+from .tables import NEGLIGIBLE, table, TIME_UNIT, zeros
 
 
 class Mixture:
@@ -33,7 +33,7 @@ class Mixture:
     def __init__(self, gains: Gains, steps: Steps, delayed: bool) -> None:
         self.gains, self.steps, self.m = gains, steps, gains.m
         self.delayed, self.states = delayed, table(4, gains.m)
-        self.scale, self.mean, self.p = row(SCALE), zeros(4), gains.p
+        self.mean, self.p = zeros(4), gains.p
         self.r, self.top, self.variance = 0.0, 0, 0.0
 
     def look(self, c: Channel, j: cython.Py_ssize_t, i: cython.longlong, at: cython.double,

@@ -31,11 +31,11 @@ MEMORY = cython.declare(cython.double, 0.3)
 NOISE = cython.declare(cython.double, 0.7)
 """Variance of the difference of neighbours that is noise, over that of the wider one."""
 
-BEHIND = cython.declare(cython.double, 2.0)
-"""Square of what motion leaves a filter behind, over what the next wider one sees of that."""
-
-CAUTION = cython.declare(cython.double, 1.25)
-"""Factor of what is noise: errors of a motion that jumps are mostly small, large at its jumps."""
+IN_POSITION = cython.declare(cython.double, 0.98)
+IN_VELOCITY = cython.declare(cython.double, 0.7)
+IN_ACCELERATION = cython.declare(cython.double, 0.48)
+"""Share of filters' variances that is noise: of smoothers' 7/8, 5/8 and 3/8. The rest is motion
+as their model expects it, but that differs."""
 
 AMPLE = cython.declare(cython.double, 3.0)
 FADING = cython.declare(cython.double, 0.02)
@@ -98,7 +98,7 @@ class Spread:
         first: cython.Py_ssize_t = j * self.m
         share: cython.double = c.lately
         x: cython.double[:, ::1] = found.states
-        p: cython.double[:, ::1] = self.steps.smoothed if self.delayed else self.gains.p
+        p: cython.double[:, ::1] = found.p
         four: cython.double[::1] = self.gains.four
         excess: cython.double[:, ::1] = c.excess
         for i in range(3):
@@ -120,7 +120,7 @@ class Spread:
         k: cython.Py_ssize_t
         first: cython.Py_ssize_t = j * self.m
         x: cython.double[:, ::1] = found.states
-        p: cython.double[:, ::1] = self.steps.smoothed if self.delayed else self.gains.p
+        p: cython.double[:, ::1] = found.p
         top: cython.Py_ssize_t = found.top
         w: cython.double[::1] = c.weight
         mean: cython.double[::1] = c.mean
@@ -131,15 +131,12 @@ class Spread:
         least: cython.double = encoder * encoder / 12.0 if c.signal(j).changes > SURE else 0.0
         for i in range(10):
             e[i, 0] = 0.0
-        m0: cython.double = 0.0
-        m1: cython.double = 0.0
-        m2: cython.double = 0.0
-        m3: cython.double = 0.0
-        for k in range(self.m):
-            m0 += w[first + k] * x[0, k]
-            m1 += w[first + k] * x[1, k]
-            m2 += w[first + k] * x[2, k]
-            m3 += w[first + k] * x[3, k]
+        # The mean at the instant, carried back to the step.
+        r: cython.double = found.r
+        m3: cython.double = found.mean[3]
+        m2: cython.double = found.mean[2] - 3.0 * r * m3
+        m1: cython.double = found.mean[1] - r * (2.0 * m2 + 3.0 * r * m3)
+        m0: cython.double = found.mean[0] - r * (m1 + r * (m2 + r * m3))
         n0: cython.double = 0.0         # what noise adds to position, velocity and acceleration,
         n1: cython.double = 0.0
         n2: cython.double = 0.0
@@ -178,10 +175,9 @@ class Spread:
         self.claimed[j] = e[7, 0] / (self.scale[2] * self.scale[2])
         if self.known_noise > 0.0:
             return
-        # Of a smoother's variances 7/8, 5/8, 3/8 are noise, the rest the process of its model.
-        self.add(0, (CAUTION * 0.875 - 1.0) * n0 + BEHIND * b0 * b0)
-        self.add(1, (CAUTION * 0.625 - 1.0) * n1 + BEHIND * b1 * b1)
-        self.add(2, (CAUTION * 0.375 - 1.0) * n2 + BEHIND * b2 * b2)
+        self.add(0, (IN_POSITION - 1.0) * n0 + b0 * b0)
+        self.add(1, (IN_VELOCITY - 1.0) * n1 + b1 * b1)
+        self.add(2, (IN_ACCELERATION - 1.0) * n2 + b2 * b2)
 
     def pause(self, c: Channel, j: cython.Py_ssize_t, dt: cython.double,
               after: cython.longlong) -> None:
