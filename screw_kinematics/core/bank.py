@@ -267,7 +267,7 @@ class Bank:
             self.spread.begin(self.position, self.dt)
             self.spread.begin(self.velocity, self.dt)
         for j in range(self.n):
-            self.mixture.look(self.position, j, i, at, self.time)
+            self.mixture.look(self.position, j, i, at, self.time, spread)
             self.mixture.mix(self.position, j, 2, self.pace.period)
             for k in range(4):
                 self.out[k, j] = self.mixture.mean[k] / self.scale[k]
@@ -293,7 +293,7 @@ class Bank:
         sp: cython.double = found.variance * 4.0 / (unit * unit * unit * unit) + 1e-12
         wanted: cython.double = at + trust.lag
         i: cython.longlong = self.steps.before(wanted) if self.delayed else self.count
-        found.look(self.velocity, j, i, wanted, self.time)
+        found.look(self.velocity, j, i, wanted, self.time, spread)
         found.mix(self.velocity, j, 1, self.pace.period)
         scale: cython.double = (1.0 + trust.scale) / self.rate
         av: cython.double = found.mean[1] / unit / scale

@@ -25,5 +25,6 @@ cdef class Mixture:
     cdef double[::1] mean           # state, scaled
     cdef double variance            # of the component asked for
 
-    cdef void look(self, Channel c, Py_ssize_t j, long long i, double at, double time) noexcept
+    cdef void look(self, Channel c, Py_ssize_t j, long long i, double at, double time,
+                   bint whole) noexcept
     cdef void mix(self, Channel c, Py_ssize_t j, int what, double period) noexcept

@@ -37,12 +37,13 @@ class Mixture:
         self.r, self.top, self.variance = 0.0, 0, 0.0
 
     def look(self, c: Channel, j: cython.Py_ssize_t, i: cython.longlong, at: cython.double,
-             time: cython.double) -> None:
+             time: cython.double, whole: cython.bint) -> None:
         """
         Look at the states of a signal's filters at step i, to be carried on to an instant [s].
 
         With a delay these are smoothed: the predicted state, and the innovations since then by
-        their taps. Without, i is the latest step, and `time` when that was.
+        their taps; only of filters that have weight unless `whole`. Without, i is the latest step,
+        and `time` when that was.
         """
         k: cython.Py_ssize_t
         a: cython.Py_ssize_t
@@ -61,6 +62,8 @@ class Mixture:
         taps: cython.double[:, ::1] = self.steps.taps
         errors: cython.double[:, ::1] = c.errors
         for k in range(m):
+            if not whole and c.weight[first + k] < NEGLIGIBLE:
+                continue
             # Sums of their own, and no remainder for each step: a third of the time.
             x0: cython.double = c.states[slot, first + k]
             x1: cython.double = c.states[slot, lanes + first + k]
