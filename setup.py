@@ -1,5 +1,6 @@
 # Copyright screw_kinematics contributors
 # SPDX-License-Identifier: Apache-2.0
+from collections.abc import Set
 from glob import glob
 import os
 from pathlib import Path
@@ -41,6 +42,7 @@ class BuildCore(build_ext):
         if not problem:
             self.parallel = self.parallel or os.cpu_count()
             try:
+                self.forget(but=self.binaries())
                 self.translate()
                 super().run()
             except Exception as error:      # what a compiler's end raises differs by setuptools
@@ -49,36 +51,55 @@ class BuildCore(build_ext):
             print(f'{package_name}: the core will run interpreted, slower but right: {problem}',
                   file=sys.stderr)
             self.forget()
+            self.extensions = []
 
     def translate(self) -> None:
-        """Let the sources of the modules be C."""
+        """Let the sources of the modules be C, which is kept for each version of Cython."""
+        from Cython import __version__
         from Cython.Build import cythonize
         options = {'shared_utility_qualified_name': SHARED} if cython_shares() else {}
         translated = cythonize([Extension(e.name, e.sources) for e in self.extensions],
-                               build_dir=self.build_temp, quiet=True, nthreads=self.parallel,
+                               build_dir=f'{self.build_temp}/cython-{__version__}', quiet=True,
+                               nthreads=self.parallel,
                                compiler_directives={'language_level': 3}, **options)
         for extension, made in zip(self.extensions, translated):
             extension.sources = made.sources
 
-    def forget(self) -> None:
-        """Have no compiled module: they know each other's types, so all are, or none."""
-        for extension in self.extensions:
-            path = Path(self.build_lib, self.get_ext_filename(extension.name))
-            path.unlink(missing_ok=True)
-        self.extensions = []
+    def binaries(self) -> set[str]:
+        """Return the paths of the compiled modules, from the folder in which the package is."""
+        return {self.get_ext_filename(e.name) for e in self.extensions or []}
+
+    def forget(self, but: Set[str] = frozenset()) -> None:
+        """Remove what an older version compiled, or everything."""
+        for folder in (self.build_lib, *(['.'] if self.inplace else [])):
+            forget_binaries(folder, but)
 
 
 class BuildPackage(build_py):
     """Copies the package into build/, without what an older version has left there."""
 
     def run(self) -> None:
-        """Remove what has no text of its name in the package any more."""
-        for path in Path(self.build_lib, package_name).rglob('*.*'):
-            name = path.name.partition('.')[0]
-            text = path.relative_to(self.build_lib).parent / f'{name}.py'
-            if path.is_file() and not Path(text).exists() and not SHARED.endswith(f'.{name}'):
+        """Remove what the package has no more, nor will be compiled."""
+        binaries = self.get_finalized_command('build_ext').binaries()
+        forget_binaries(self.build_lib, binaries)
+        for path in Path(self.build_lib, package_name).rglob('*'):
+            name = path.relative_to(self.build_lib)
+            if path.is_file() and not name.exists() and str(name) not in binaries:
                 path.unlink()
         super().run()
+
+
+def forget_binaries(folder: str, but: Set[str]) -> None:
+    """
+    Remove the compiled modules of the package in a folder if not all of them are to stay.
+
+    They know each other's types, and what they share: they are of one build, or none is.
+    """
+    compiled = f'*{sysconfig.get_config_var("EXT_SUFFIX")}'
+    found = list(Path(folder, package_name).rglob(compiled))
+    if any(str(path.relative_to(folder)) not in but for path in found):
+        for path in found:
+            path.unlink()
 
 
 def missing_tool() -> str:

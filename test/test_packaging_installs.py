@@ -10,6 +10,7 @@ import re
 import shutil
 import subprocess
 import sys
+import sysconfig
 import tarfile
 import zipfile
 
@@ -143,18 +144,47 @@ def test_the_wheel_works_where_it_is_installed(wheel, tmp_path):
                         'package://screw_kinematics/config/robots/rpr.yaml', cwd=tmp_path, **there)
 
 
-def test_what_an_older_build_left_is_not_installed(checkout, tmp_path):
-    package = tmp_path / 'screw_kinematics'
-    left = [package / 'gone.py', package / 'core/gone.cpython-310-x86_64-linux-gnu.so',
-            package / 'old/__init__.py']
-    kept = package / 'core/__init__.cpython-310-x86_64-linux-gnu.so'
-    for path in (*left, kept):
+def binary(module):
+    """Return the path of a compiled module in the package."""
+    return f'{module}{sysconfig.get_config_var("EXT_SUFFIX")}'
+
+
+def left_of(names, checkout, folder, **environment):
+    """Copy the package into a folder that has files already; return which of them are left."""
+    for name in names:
+        path = folder / 'screw_kinematics' / name
         path.parent.mkdir(parents=True, exist_ok=True)
         path.touch()
-    run(sys.executable, 'setup.py', '-q', 'build_py', '-d', tmp_path, cwd=checkout)
-    assert not any(path.exists() for path in left)
-    assert kept.exists()        # compiled in a moment, if it is not up to date
-    assert (tmp_path / 'screw_kinematics/__init__.py').exists()
+    run(sys.executable, 'setup.py', '-q', 'build_py', '-d', folder, cwd=checkout, **environment)
+    there = names_in(folder / 'screw_kinematics')
+    assert '__init__.py' in there
+    return {name for name in names if name in there}
+
+
+def test_what_an_older_build_left_is_not_installed(checkout, tmp_path):
+    compiled = binary('core/bank')      # anew in a moment, if it is not up to date
+    assert left_of(['gone.py', 'models/urdf.pxd', 'core/gone.cpython-38-x86_64-linux-gnu.so',
+                    'old/__init__.py', compiled], checkout, tmp_path) == {compiled}
+
+
+@pytest.mark.parametrize('module', ['core/gone', 'models/urdf'])
+def test_binaries_of_an_older_version_are_not_installed(module, checkout, tmp_path):
+    """Be it of a module that is gone or one that is only text now: the others know its types."""
+    assert not left_of([binary(module), binary('core/bank')], checkout, tmp_path)
+
+
+def test_binaries_are_not_installed_where_none_are_wanted(checkout, tmp_path):
+    assert not left_of([binary('core/bank')], checkout, tmp_path, SCREW_KINEMATICS_INTERPRETED='1')
+
+
+def test_binaries_of_an_older_version_do_not_stay_in_the_checkout(checkout, tmp_path):
+    """Python would prefer them to the texts; here nothing can be compiled."""
+    sources = tmp_path / 'sources'
+    shutil.copytree(checkout, sources)
+    old = sources / 'screw_kinematics' / binary('models/urdf')
+    old.touch()
+    run(sys.executable, 'setup.py', '-q', 'build_ext', '--inplace', cwd=sources, CC='no-compiler')
+    assert not old.exists()
 
 
 @pytest.fixture(scope='module', params=[(), ('--symlink-install',)], ids=['copies', 'links'])
