@@ -7,6 +7,8 @@ Seven joints, all formats mixed, three recordings cut off. A run has as many cor
 else reading tables would have another one, where there is but one process. As it is, it takes
 half an hour and needs an idle machine; --recordings 40 and --long 200000 give nearly the same
 rates in minutes.
+Beside them as many programs of their own, each with its share of the recordings on a core of its
+own: what the machine gives, since cores may share more than the memory.
 Of each run: the rate, the samples in a second of processor time, how many seconds processes that
 could have worked waited for a processor, each, and the memory of the largest of them.
 """
@@ -84,10 +86,11 @@ def _reading(paths: Sequence[Path], samples: int) -> None:
         assert count == samples
 
 
-def _start(folder: Path, output: Path, processes: int) -> subprocess.Popen[str]:
-    cores = sorted(os.sched_getaffinity(0))[:processes]
+def _start(paths: Sequence[Path], output: Path, processes: int, first: int = 0,
+           ) -> subprocess.Popen[str]:
+    cores = sorted(os.sched_getaffinity(0))[first:first + processes]
     return subprocess.Popen(
-        [sys.executable, '-m', 'screw_kinematics', 'bag', str(folder), '--robot', MODEL,
+        [sys.executable, '-m', 'screw_kinematics', 'bag', *map(str, paths), '--robot', MODEL,
          '--output', str(output), '--format', 'dataset', '--processes', str(processes)],
         stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, start_new_session=True,
         preexec_fn=lambda: os.sched_setaffinity(0, cores))
@@ -98,22 +101,39 @@ def _compare(folder: Path, outputs: Path, counts: Sequence[int]) -> None:
     rates = [_rate(folder, outputs / f'states{count}', count) for count in counts]
     print(f'{folder.name}: {counts[-1]} processes have {rates[-1] / rates[0]:.2f} times the rate '
           f'of {counts[0]}')
+    paths = sorted(folder.iterdir())
+    if counts[0] == 1 and len(paths) > counts[-1]:
+        alone = _rate_of_programs(paths, outputs / 'alone', counts[-1])
+        print(f'{folder.name}: {counts[-1]} programs of their own have {alone / rates[0]:.2f} '
+              f'times the rate of one', flush=True)
 
 
 def _rate(folder: Path, output: Path, processes: int) -> float:
     """Print the rate of a whole run, its processor time, and the largest process."""
     begin = time.monotonic()
-    running = _start(folder, output, processes)
+    running = _start([folder], output, processes)
     family = Family(running.pid)
     _watch(running, output, len(list(folder.iterdir())), family)
     seconds = time.monotonic() - begin
-    text = running.stdout.read() if running.stdout else ''
-    samples = int(re.findall(r'^\d+ recordings +(\d+)', text, re.MULTILINE)[-1])
+    samples = _samples(running)
     print(f'{folder.name}, {processes} processes: {samples} samples in {seconds:.1f} s, '
           f'{samples / seconds:,.0f} samples/s; {samples / family.busy:,.0f} in a second of '
           f'processor time; waited {family.waited / processes:.1f} s each; largest process '
           f'{family.largest:.0f} MiB', flush=True)
     return samples / seconds
+
+
+def _rate_of_programs(paths: Sequence[Path], output: Path, count: int) -> float:
+    """Return the rate of programs that know nothing of each other, while all of them work."""
+    begin = time.monotonic()
+    running = [_start(paths[k::count], output / str(k), 1, k) for k in range(count)]
+    return sum(_samples(program) / (time.monotonic() - begin) for program in running)
+
+
+def _samples(running: subprocess.Popen[str]) -> int:
+    """Wait for a run; return how many samples it made states of."""
+    text = running.communicate()[0]
+    return int(re.findall(r'^\d+ recordings +(\d+)', text, re.MULTILINE)[-1])
 
 
 def _watch(running: subprocess.Popen[str], output: Path, whole: int, family: Family,
@@ -133,13 +153,13 @@ def _watch(running: subprocess.Popen[str], output: Path, whole: int, family: Fam
 
 def _restart(folder: Path, output: Path, whole: int, processes: int) -> None:
     """Interrupt a run in its middle; print what the next one still had to do."""
-    running = _start(folder, output, processes)
+    running = _start([folder], output, processes)
     _watch(running, output, whole, Family(running.pid), whole // 2)
     os.killpg(running.pid, signal.SIGKILL)
     running.wait()
     done = {file: file.stat().st_mtime_ns for file in output.glob('_done/*.json')}
     begin = time.monotonic()
-    running = _start(folder, output, processes)
+    running = _start([folder], output, processes)
     _watch(running, output, whole, Family(running.pid))
     text = running.stdout.read() if running.stdout else ''
     again = re.search(r'(\d+) of \d+ recordings are done and unchanged', text)
