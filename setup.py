@@ -12,6 +12,7 @@ import sysconfig
 from setuptools import Extension, find_packages, setup
 from setuptools.command.build_ext import build_ext
 from setuptools.command.build_py import build_py
+from setuptools.command.install_lib import install_lib
 
 package_name = 'screw_kinematics'
 share = f'share/{package_name}'
@@ -87,6 +88,15 @@ class BuildPackage(build_py):
             if path.is_file() and not name.exists() and str(name) not in binaries:
                 path.unlink()
         super().run()
+
+
+class InstallPackage(install_lib):
+    """Copies the package from build/ to where it is imported; colcon has an older one there."""
+
+    def install(self) -> list[str] | None:
+        """Remove the older one, whose compiled modules Python would prefer to texts."""
+        shutil.rmtree(Path(self.install_dir, package_name), ignore_errors=True)
+        return super().install()
 
 
 def forget_binaries(folder: str, but: Set[str]) -> None:
@@ -188,7 +198,7 @@ setup(
         f'{package_name}.{Path(path).parent.name}': ['*.pxd']
         for path in found(f'{package_name}/*/*.pxd')}},
     ext_modules=core_modules(),
-    cmdclass={'build_ext': BuildCore, 'build_py': BuildPackage},
+    cmdclass={'build_ext': BuildCore, 'build_py': BuildPackage, 'install_lib': InstallPackage},
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{package_name}']),
         (share, ['package.xml']),

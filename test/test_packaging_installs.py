@@ -187,6 +187,17 @@ def test_binaries_of_an_older_version_do_not_stay_in_the_checkout(checkout, tmp_
     assert not old.exists()
 
 
+def test_a_version_is_installed_in_the_place_of_an_older_one(checkout, tmp_path):
+    """As colcon does, again and again into one folder."""
+    built, installed = tmp_path / 'built', tmp_path / 'installed'
+    old = installed / 'screw_kinematics' / binary('models/urdf')
+    old.parent.mkdir(parents=True)
+    old.touch()
+    run(sys.executable, 'setup.py', '-q', 'build_py', '-d', built,
+        'install_lib', '--skip-build', '-b', built, '-d', installed, cwd=checkout)
+    assert not old.exists() and old.with_name('urdf.py').exists()
+
+
 @pytest.fixture(scope='module', params=[(), ('--symlink-install',)], ids=['copies', 'links'])
 def prefix(request, workspaces):
     """Build the package into a workspace and return its install prefix."""
