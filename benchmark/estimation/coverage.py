@@ -96,8 +96,10 @@ def simulated(condition: str, seeds: Sequence[int], delay: float) -> Deviations:
     for seed in seeds:
         for kind in MOVING:
             recording = record(kind, ALL[condition], seed)
-            ratios = deviations(recording.arrived, recording.truth, delay,
-                                (0.0, recording.latency))
+            # Of drivers it is taken off already, and given back; of bursts it is not.
+            latency = recording.latency
+            ratios = deviations(recording.arrived, recording.truth, delay, (
+                (-latency, 0.0) if ALL[condition].burst > 1 else (0.0, latency)))
             for what, ratio in ratios.items():
                 found[what].append(ratio)
     return {what: np.concatenate(ratios) for what, ratios in found.items()}

@@ -104,7 +104,8 @@ def record(kind: str, condition: Condition, seed: int) -> Recording:
                 order[k], order[k + 1] = order[k + 1], order[k]
                 k += 1
             k += 1
-    return Recording(_samples(stamps, q, v, order), ordered, joints)
+    latency = float((stamps - taken).mean()) if condition.burst > 1 else 0.0
+    return Recording(_samples(stamps, q, v, order), ordered, joints, latency)
 
 
 def _samples(stamps: np.ndarray, q: np.ndarray, v: np.ndarray | None,
