@@ -11,7 +11,7 @@ from .steps cimport Pace, Steps
 from .travel cimport Travel
 from .velocity_trust cimport Fading, VelocityTrust
 
-cdef double DENSEST, EVIDENCE, SPARSE, TIME_UNIT, WINDOW
+cdef double DENSEST, FINEST, EVIDENCE, SPARSE, TIME_UNIT, WINDOW
 
 cdef list in_a_row(double[:, ::1] t, Py_ssize_t first, Py_ssize_t end)
 

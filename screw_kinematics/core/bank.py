@@ -20,7 +20,7 @@ from .gains import Gains
 from .mixture import Mixture
 from .spread import Spread
 from .steps import Pace, Steps
-from .tables import DENSEST, EVIDENCE, row, SCALE, SPARSE, table, TIME_UNIT, WINDOW, zeros
+from .tables import DENSEST, EVIDENCE, FINEST, row, SCALE, SPARSE, table, TIME_UNIT, WINDOW, zeros
 from .travel import Travel
 from .velocity_trust import Fading, VelocityTrust
 if cython.compiled:
@@ -41,20 +41,12 @@ SLOW = cython.declare(cython.double, 3e-3)
 DETERMINED = cython.declare(cython.longlong, 5)
 """Samples that only determine the state, and say nothing of the filters."""
 
-LITTLE = cython.declare(cython.double, 0.1)
-CLEAR = cython.declare(cython.double, 16.0)
-"""Variance up to which an acceleration's noise matters to nobody [rad2/s4], and by how much its
-square has to be more for it to be clear of it."""
-
 FIRST_WAIT = cython.declare(cython.longlong, 12)
 FIRST_FUSED = cython.declare(cython.longlong, 30)
 """Samples from which on an improbable one waits, and velocities enter the output."""
 
 LONGEST_MISSING = cython.declare(cython.int, 20)
 """Samples without velocities after which there are none."""
-
-FINEST = cython.declare(cython.double, 1e-6)
-"""Steps of an encoder are not known better [rad]."""
 
 NOTHING = cython.declare(cython.double, -37.0)
 """Logarithm of a weight that is lost in the rounding of others."""
@@ -119,6 +111,7 @@ class Bank:
             self.lsum[i] = 0.0
         fill(self.at, position)
         self.position.start(self.at)
+        self.spread.start()
         for j in range(self.n):
             for i in range(4):
                 self.now[i, j] = 0.0
@@ -315,13 +308,8 @@ class Bank:
         return in_a_row(self.out, 0, 4)
 
     def clear_of_noise(self) -> bool:
-        """Whether accelerations that were read with their covariance are more than noise."""
-        j: cython.Py_ssize_t
-        for j in range(self.n):
-            noise: cython.double = self.spread.claimed[j]
-            if noise > LITTLE and CLEAR * noise > self.out[2, j] * self.out[2, j]:
-                return False
-        return True
+        """Whether accelerations, read with covariance, are clear of error, or it is little."""
+        return self.spread.clear(self.position, self.count - DETERMINED, self.out)
 
     def variances(self) -> list[float]:
         """Return the upper triangle of the covariance of each joint: 10 n numbers, by rows."""
@@ -348,8 +336,7 @@ class Bank:
         j: cython.Py_ssize_t
         most: cython.double = 0.0
         for j in range(self.n):
-            step: cython.double = self.position.signal(j).step_of_encoder()
-            step = step if step > FINEST else FINEST
+            step: cython.double = max(self.position.signal(j).step_of_encoder(), FINEST)
             steps: cython.double = fabs(self.now[1, j]) * unit / step
             most = steps if steps > most else most
         return most

@@ -13,6 +13,8 @@ cdef class Signal:
     cdef double quantum         # the encoder's step; share of changes that are multiples of it,
     cdef double fit             # and their number
     cdef double changes
+    cdef double multiple        # steps of the latest change, and how often it was unlike
+    cdef double unlike          # the one before
     cdef double pending         # deviation of the sample that waits
     cdef int waiting            # samples that wait
     cdef double envelope        # usual deviation

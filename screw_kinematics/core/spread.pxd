@@ -7,14 +7,15 @@ from .gains cimport Gains
 from .mixture cimport Mixture
 from .steps cimport Steps
 
-cdef double NEGLIGIBLE, TIME_UNIT
+cdef double FINEST, NEGLIGIBLE, TIME_UNIT
 
 cdef void grow(double[:, ::1] t, Py_ssize_t j, Py_ssize_t i, double old, double new) noexcept
+cdef double signal(double[:, ::1] out, Py_ssize_t j) noexcept
 
 
 @cython.final
 cdef class Spread:
-    cdef Py_ssize_t m
+    cdef Py_ssize_t n, m
     cdef bint delayed
     cdef double known_noise
     cdef Gains gains
@@ -23,8 +24,9 @@ cdef class Spread:
     cdef double[:, ::1] second      # what velocities tell, in rows as those that are read
     cdef double[:, ::1] apart       # forgetful mean squares of how far these are from positions'
     cdef double[::1] scale
-    cdef double[::1] claimed        # variances of accelerations as the filters alone claim [rad2/s4]
+    cdef double[::1] told           # squares of the largest signals that were clear of error
 
+    cdef void start(self) noexcept
     cdef void tell(self, Mixture found, Channel c, Py_ssize_t j, double dt,
                    double[:, ::1] out) noexcept
     cdef void begin(self, Channel c, double dt) noexcept
@@ -35,3 +37,4 @@ cdef class Spread:
     cdef void carry(self, double r, Py_ssize_t j, double[:, ::1] out) noexcept
     cdef void fuse(self, Mixture found, Channel c, Py_ssize_t j, double dt, double w, double scale,
                    double dv, double da, double doubt, double[:, ::1] out) noexcept
+    cdef bint clear(self, Channel c, long long samples, double[:, ::1] out) noexcept

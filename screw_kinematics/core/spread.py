@@ -19,7 +19,7 @@ from .channel import Channel
 from .gains import Gains
 from .mixture import Mixture
 from .steps import Steps
-from .tables import NEGLIGIBLE, row, SCALE, table, TIME_UNIT, zeros
+from .tables import FINEST, NEGLIGIBLE, row, SCALE, table, TIME_UNIT, zeros
 if cython.compiled:
     from cython.cimports.libc.math import exp, log, sqrt
 else:
@@ -42,7 +42,15 @@ FADING = cython.declare(cython.double, 0.02)
 """Factor of what is not known in a pause, and how fast that fades after it, s."""
 
 SURE = cython.declare(cython.double, 12.0)
-"""Changes after which the step of an encoder is one: a few may be multiples of any."""
+"""Unlike changes after which the step of an encoder is one: a few may be multiples of any."""
+
+CLEAR = cython.declare(cython.double, 16.0)
+STUDENT = cython.declare(cython.double, 15.0)
+SLOWLY = cython.declare(cython.double, 0.3)
+BRIEFLY = cython.declare(cython.double, 0.015)
+"""By how much a signal's square has to be more than its variance to be clear of error, and by how
+much more if one sample tells it (Student's distribution). An acceleration that takes so long [s]
+to make the velocity is as clear as that; one that makes no step of the encoder so soon is none."""
 
 
 class Spread:
@@ -69,7 +77,13 @@ class Spread:
         self.gains, self.steps, self.m = gains, steps, gains.m
         self.delayed, self.known_noise = delayed, known_noise
         self.work, self.second, self.apart = table(10, 1), table(14, n), table(2, n)
-        self.scale, self.claimed = row(SCALE), zeros(n)
+        self.n, self.scale, self.told = n, row(SCALE), zeros(n)
+
+    def start(self) -> None:
+        """Begin a run, of which nothing was told."""
+        j: cython.Py_ssize_t
+        for j in range(self.n):
+            self.told[j] = 0.0
 
     def tell(self, found: Mixture, c: Channel, j: cython.Py_ssize_t, dt: cython.double,
              out: cython.double[:, ::1]) -> None:
@@ -128,7 +142,7 @@ class Spread:
         e: cython.double[:, ::1] = self.work
         # Noise is never below that of rounding, however well some samples lie on a line.
         encoder: cython.double = c.signal(j).step_of_encoder()
-        least: cython.double = encoder * encoder / 12.0 if c.signal(j).changes > SURE else 0.0
+        least: cython.double = encoder * encoder / 12.0 if c.signal(j).unlike > SURE else 0.0
         for i in range(10):
             e[i, 0] = 0.0
         # The mean at the instant, carried back to the step.
@@ -172,7 +186,6 @@ class Spread:
                 b1 += v * sqrt(excess[1, first + k])
             if excess[2, first + k] > 0.0:
                 b2 += v * sqrt(excess[2, first + k])
-        self.claimed[j] = e[7, 0] / (self.scale[2] * self.scale[2])
         if self.known_noise > 0.0:
             return
         self.add(0, (IN_POSITION - 1.0) * n0 + b0 * b0)
@@ -263,9 +276,7 @@ class Spread:
         """
         s: cython.double[:, ::1] = self.second
         a: cython.double[:, ::1] = self.apart
-        own: cython.double = self.claimed[j]
         self.tell(found, c, j, dt, s)
-        self.claimed[j] = own * (1.0 - w)
         if dt > 0.0:
             a[0, j] += c.lately * (dv * dv - a[0, j])
             a[1, j] += c.lately * (da * da - a[1, j])
@@ -278,6 +289,28 @@ class Spread:
         u: cython.double = (1.0 - w) * (1.0 - w)
         grow(out, j, 1, o1, u * o1 + w * w * v1)
         grow(out, j, 2, o2, u * o2 + w * w * v2)
+
+    def clear(self, c: Channel, samples: cython.longlong, out: cython.double[:, ::1]) -> bool:
+        """Whether accelerations are clear of error, as some samples tell it, or it is little."""
+        j: cython.Py_ssize_t
+        clear: cython.double = CLEAR * (1.0 + STUDENT / max(samples, 1))
+        for j in range(self.n):
+            little: cython.double = c.signal(j).step_of_encoder()
+            little = FINEST if c.signal(j).unlike <= SURE else max(little, FINEST)
+            little /= BRIEFLY * BRIEFLY
+            little = max(little * little, self.told[j])
+            if out[11, j] > little and clear * out[11, j] > signal(out, j):
+                return False
+        for j in range(self.n):
+            if signal(out, j) > self.told[j] and clear * out[11, j] <= signal(out, j):
+                self.told[j] = signal(out, j)
+        return True
+
+
+def signal(out: cython.double[:, ::1], j: cython.Py_ssize_t) -> cython.double:
+    """Return the square of a joint's acceleration, and of what its velocity is worth."""
+    slow: cython.double = out[1, j] / SLOWLY
+    return out[2, j] * out[2, j] + slow * slow
 
 
 def grow(t: cython.double[:, ::1], j: cython.Py_ssize_t, i: cython.Py_ssize_t,

@@ -31,6 +31,9 @@ DENSEST = 8.0
 LEAST = 1e-26
 """Variances of signals are never below."""
 
+FINEST = 1e-6
+"""Steps of an encoder are not known better [rad]."""
+
 NEGLIGIBLE = 1e-4
 """Weights of filters below are passed over."""
 

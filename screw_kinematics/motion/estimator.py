@@ -252,7 +252,6 @@ class MotionEstimator(JointEstimator):
                              placed.rate, wanted or early)
                 or early and not bank.clear_of_noise()):
             return Reason.SETTLING
-        self._settled = SHORTEST
         values = bank.values()
         if not wanted:
             return JointMotion(stamp - self.delay, values)

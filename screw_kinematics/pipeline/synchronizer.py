@@ -66,6 +66,7 @@ class Synchronizer:
         if group.complete:
             return motion
         repeated = group in self._fresh
+        before = self._parts.get(group)
         self._parts[group] = motion
         self._fresh.add(group)
         if sum(len(g.columns) for g in self._parts) < self._n_joints:
@@ -74,7 +75,15 @@ class Synchronizer:
             self._lagging = self._parts.keys() - self._fresh
         elif group in self._lagging or self._parts.keys() - self._fresh - self._lagging:
             return Reason.MERGED
+        elif before is not None and self._behind(group, before.stamp_ns, motion.stamp_ns):
+            self._fresh = {group}
+            return Reason.MERGED
         return self._join()
+
+    def _behind(self, group: JointGroup, before_ns: int, now_ns: int) -> bool:
+        """Whether another group's part belongs to the round before, and its next is near."""
+        stamps = [self._parts[other].stamp_ns for other in self._fresh if other != group]
+        return any(2 * abs(stamp - before_ns) < abs(stamp - now_ns) for stamp in stamps)
 
     def keep(self, groups: Iterable[JointGroup]) -> None:
         """Forget all groups but these, and await their joints again."""

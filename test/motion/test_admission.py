@@ -167,9 +167,9 @@ def test_a_misspelt_setting_names_the_class(kind):
 
 def test_a_limit_for_each_joint():
     estimator = MotionEstimator(2, max_velocity=[1.0, 100.0], max_jump=0.01)
-    feed(estimator, PERIOD * np.arange(20))
-    assert estimator.update(PERIOD * 20, [0.0, 0.1]) is not None
-    assert estimator.update(PERIOD * 21, [0.05, 0.1]) is None
+    feed(estimator, PERIOD * np.arange(200))
+    assert estimator.update(PERIOD * 200, [0.0, 0.1]) is not None
+    assert estimator.update(PERIOD * 201, [0.05, 0.1]) is None
     assert estimator.reason is Reason.IMPLAUSIBLE_JUMP
 
 

@@ -40,6 +40,34 @@ def test_a_run_that_begins_tells_no_noise(rate, pause, step):
     assert np.abs(told).max() < 2 * LARGEST
 
 
+@pytest.mark.parametrize('delay', [0.0, 0.02])
+@pytest.mark.parametrize('rate, jitter', [(1000, 3e-4), (1000, 1e-4), (500, 3e-4), (250, 1e-4)])
+@pytest.mark.parametrize('pause', [0.01, 0.03, 0.06, 0.12, 0.24])
+def test_a_run_that_begins_with_late_stamps_tells_no_noise(pause, rate, jitter, delay):
+    """What few samples tell of noise is not taken at its word."""
+    for before in (1, 3):
+        rng = np.random.default_rng([before, rate, int(1e3 * pause)])
+        read = 0.3 + np.append(np.arange(before) / rate,
+                               (before - 1) / rate + pause + np.arange(0.3 * rate) / rate)
+        positions, velocities, _ = swings(read, rate + before)
+        velocities = velocities + 1e-3 * rng.normal(size=positions.shape)
+        positions = 1e-6 * np.round(positions / 1e-6)
+        stamps = read + rng.exponential(jitter, read.shape)
+        for measured in (None, velocities):
+            _, told = accelerations(stamps, positions, measured, delay=delay)
+            assert np.abs(told).max() < 2 * LARGEST
+
+
+@pytest.mark.parametrize('still', [False, True])
+def test_what_is_told_of_a_beginning_is_the_same_in_any_unit(still):
+    rng = np.random.default_rng(5)
+    stamps = np.arange(300) / 1000
+    positions = 0.0 * stamps[:, None] if still else swings(stamps, 5, 1)[0]
+    steps = np.round(positions / 1e-4 + 0.3 * rng.normal(size=positions.shape))
+    first = [accelerations(stamps, step * steps)[0][0] for step in (1e-4, 1e-4 / 64)]
+    assert first[0] == first[1]
+
+
 def test_what_is_clear_of_noise_is_told_at_once():
     stamps = np.arange(40) / 1000
     claimed, told = accelerations(stamps, swings(stamps, 5)[0])

@@ -45,6 +45,16 @@ def test_joined_at_the_older_instant_exactly(arm, hand, skew):
         assert np.allclose(whole.values, expected.values, rtol=1e-12, atol=1e-12)
 
 
+def test_who_begins_a_round_later_is_awaited_in_the_next(arm, hand):
+    """The hand is known before the arm; both come at each instant, the arm first."""
+    joined = Synchronizer(3)
+    joined.add(hand, motion([1], 0))
+    for k in range(1, 20):
+        joined.add(arm, motion([0, 2], k * 10 * MS))
+        whole = joined.add(hand, motion([1], k * 10 * MS))
+        assert k < 3 or whole.stamp_ns == k * 10 * MS
+
+
 def test_a_slow_group_does_not_hold_up_the_fast_one(arm, hand):
     joined, instants = Synchronizer(3), []
     for k in range(1, 101):
