@@ -29,20 +29,22 @@ class Tally(NamedTuple):
     lost: int
 
 
-def clock_error(ticks: TickCounter | None, tally: Tally, messages: float) -> ClockError:
+def clock_error(ticks: TickCounter | None, tally: Tally, messages: float,
+                doubt: float) -> ClockError:
     """
     Return what none can know of the device's time; `ticks`: None where stamps are right.
 
     The line through ticks and stamps ends where they are needed, known by two standard errors of
     its mean, and its slope by as many of its own. Who reads by another clock takes readings that
     are up to a period old; where both beat slowly, the joints tell the ticks, but nothing tells
-    what is between. `messages`: their period, s.
+    what is between. `messages`: their period, s; `doubt`: by how much the latest stamp is odd, s.
     """
     if ticks is None:
-        return ClockError()
+        return ClockError(doubt)
     held, fresh, lost = tally
-    time = 2.0 * ticks.deviation / sqrt(max(ticks.line.pairs(), 1))
-    rate = sqrt(12.0) * time / (max(ticks.line.ticks(), 1.0) * ticks.period)
+    line = 2.0 * ticks.deviation / sqrt(max(ticks.line.pairs(), 1))
+    time = hypot(line, doubt)
+    rate = sqrt(12.0) * line / (max(ticks.line.ticks(), 1.0) * ticks.period)
     if held + fresh < ENOUGH or not (held > HOLDS or lost > SKIPS * fresh):
         return ClockError(time, rate)
     shorter, longer = min(ticks.period, messages), max(ticks.period, messages)

@@ -9,7 +9,7 @@ from copy import copy
 from math import dist, hypot, sqrt
 
 from .clock_error import ClockError
-from .clock_findings import clock_doubts, clock_error, Tally
+from .clock_findings import clock_doubts, clock_error, HOLDS, Tally
 from .first_ticks import FIRST, FirstTicks
 from .held_readings import HeldReadings
 from .numbers import Row
@@ -117,7 +117,7 @@ class DeviceClock:
         self._first = self._last = self._heard = self._time = stamp
         self._position = position
         self._tick = self._deviation = self._ahead = self._wrong = 0.0
-        self._ratio, self._messages, self._spacing = 1.0, 0.0, 0.0
+        self._ratio, self._messages, self._spacing, self._doubt = 1.0, 0.0, 0.0, 0.0
         self._readings.clear()
         self._new, self._rest, self._contrary = 0, 8, 0
         self._patience, self._due, self._told, self._lossy = 1.0, 0.0, 0, False
@@ -139,7 +139,8 @@ class DeviceClock:
     @property
     def error(self) -> ClockError:
         """Return what none can know of the device's time."""
-        return clock_error(self.ticks if self.share <= 0.5 else None, self._tally(), self._spacing)
+        ticks = self.ticks if self.share <= 0.5 or self.held > HOLDS and not self.proven else None
+        return clock_error(ticks, self._tally(), self._spacing, self._doubt)
 
     def update(self, stamp: float, position: Row, bank: Bank | None) -> Placed:
         """
@@ -251,6 +252,8 @@ class DeviceClock:
         self._contrary = 0 if agree else self._contrary + (
             paced and (step > 0.0 or late < 0.0))
         self._time += max(onward, 0.1 * unit)
+        off = abs(late) if ticks.deviation < REGULAR * period else 0.0    # late, or a clock set
+        self._doubt = off if off > 0.1 * period + 5.0 * ticks.deviation else 0.0
         self._ahead = late * (1.0 - self.share * agree) * self._ratio
         if not same:
             self._readings.add(self._tick, self._deviation, stamp, self._time, agreed)

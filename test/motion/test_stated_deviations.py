@@ -112,6 +112,22 @@ def test_what_a_reader_by_another_clock_cannot_know_is_stated_from_its_first_out
     assert 0.5 < np.sqrt((sizes[:, 0]**2).mean()) < 1.5     # as right after the pause as before
 
 
+@pytest.mark.parametrize('by', [5e-3, -5e-3, 2e-2])
+@pytest.mark.parametrize('wobble', [0.0, 5e-6])
+def test_a_stamp_that_is_off_is_doubted_until_the_clock_is_known_to_be_set(wobble, by):
+    rng, motion = np.random.default_rng(1), sines(1, JOINTS, 1.5)
+    ticks = np.arange(3000) * 1e-3
+    stamps = ticks + wobble * rng.normal(size=3000) + by * (ticks > 1.8)
+    estimator, worst = MotionEstimator(JOINTS), 0.0
+    q, v = motion(ticks)[:2]
+    for stamp, position, velocity in zip(stamps.tolist(), np.round(q / 1e-5) * 1e-5, v):
+        found = estimator.update(stamp, position)
+        if found is not None and stamp > 1.0:
+            worst = max(worst, (np.abs(found.velocity - velocity)
+                                / np.sqrt(found.covariance[:, 1, 1])).max())
+    assert worst < 10.0
+
+
 @pytest.mark.parametrize('seed', range(6))
 def test_how_fast_the_clock_is_that_few_stamps_tell_is_stated_too(seed):
     rng, motion = np.random.default_rng(seed), sines(seed, JOINTS, 1.5)
