@@ -18,6 +18,10 @@ LONGEST_LAG, LARGEST_SCALE = 0.05, 0.1
 EARLY_LAG, LATE_LAG = 1e-3, 5e-3
 """Lag from which on a velocity is doubted, and by how much more fully, s."""
 
+SAME_ENCODER = 4.0
+"""By how much the variance of a velocity counts more, as its errors are not independent of the
+position's: drivers find it from the same encoder."""
+
 
 def fused(smoother: IntervalSmoother, times: Array, x: Array, p: Array, position: Array,
           velocity: Array) -> tuple[Array, Array]:
@@ -51,7 +55,7 @@ def fused(smoother: IntervalSmoother, times: Array, x: Array, p: Array, position
     rate = (y[0, at] + h * (y[1, at] + h / 2 * (y[2, at] + h / 3 * y[3, at]))) / (1 + scale)
     acceleration = (y[1, at] + h * (y[2, at] + h / 2 * y[3, at])) / (1 + scale)
     apart = (acceleration - x[2])**2
-    spread = s[1, at] / (1 + scale)**2 * _alike(left, float(np.median(p[1])))
+    spread = SAME_ENCODER * s[1, at] / (1 + scale)**2 * _alike(left, float(np.median(p[1])))
     misfit = np.maximum(
         _mean_around(times, apart / (p[2] + spread)),
         _mean_around(times, (rate - x[1])**2 / (p[1] + s[0, at])))
