@@ -16,6 +16,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 import rclpy
 from rclpy.experimental import EventsExecutor
 from rclpy.qos import DurabilityPolicy, QoSProfile
+from rclpy.task import Future
 from std_msgs.msg import String
 
 PATIENCE = 120.0
@@ -58,6 +59,7 @@ class Listening(ABC):
         self._describe = self._here.create_publisher(String, 'robot_description', QoSProfile(
             depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL))
         self._next_check = self._next_look = 0.0
+        self._never = Future()
         self._logs: list[Any] = []
 
     def start(self, name: str, command: list[str]) -> subprocess.Popen[bytes]:
@@ -87,7 +89,8 @@ class Listening(ABC):
         """Take what arrives, and check it now and then."""
         end = time.monotonic() + seconds
         while (now := time.monotonic()) < end:
-            self._executor.spin_once(min(0.02, end - now))
+            # One long spin: each of its own would cost as much as what it takes.
+            self._executor.spin_until_future_complete(self._never, min(CHECK_PERIOD, end - now))
             if now >= self._next_check:
                 self.check()
                 self._next_check = time.monotonic() + CHECK_PERIOD

@@ -4,9 +4,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cache
+from math import isfinite
 
 import numpy as np
 
+from ..core.covariance import ThroughJacobian
 from ..screws.se3 import Array
 
 __all__ = ['through_jacobian']
@@ -46,17 +49,13 @@ def through_jacobian(jacobian: Sequence[float] | Array, variances: Sequence[floa
     0.0
 
     """
-    values = np.array(variances)
-    J = np.asarray(jacobian)                 # noqa: N806
-    J = J if J.ndim == 2 else J.reshape(6, -1)    # noqa: N806
-    if len(together):
-        common = np.array(together)
-        values = values - (common * common).sum(axis=0)
-        at_once = J.dot(common.T)
-        covariance = (J * values).dot(J.T) + at_once.dot(at_once.T)
-    else:
-        covariance = (J * values).dot(J.T)
-    if not np.all(np.isfinite(covariance)):
-        return [0.0] * covariance.size
-    out: list[float] = covariance.ravel().tolist()
-    return out
+    numbers = jacobian.ravel().tolist() if isinstance(jacobian, np.ndarray) else jacobian
+    n = len(variances)
+    found = _of_shape(len(numbers) // n, n).covariance(numbers, variances, together)
+    # The sum is finite if all of them are.
+    return found if isfinite(sum(found)) else [0.0] * len(found)
+
+
+@cache
+def _of_shape(rows: int, n: int) -> ThroughJacobian:
+    return ThroughJacobian(rows, n)

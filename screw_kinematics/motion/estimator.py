@@ -6,13 +6,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from functools import partial
 from math import inf
 from typing import Any
 
 from .admission import Admission
+from .bank_covariance import BankCovariance
 from .device_clock import DeviceClock, Placed, UNFORESEEN
-from .filter_bank import covariance_of, make_bank
+from .filter_bank import make_bank
 from .joint_estimator import JointEstimator, listed
 from .joint_motion import JointMotion
 from .numbers import Row
@@ -257,6 +257,6 @@ class MotionEstimator(JointEstimator):
             return JointMotion(stamp - self.delay, values)
         error = self._clock.error
         motion = JointMotion(stamp - self.delay, values,
-                             partial(covariance_of, bank.variances(), values, error))
+                             BankCovariance(bank.variances(), values, error))
         motion.clock_error = error
         return motion

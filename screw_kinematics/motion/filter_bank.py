@@ -4,12 +4,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
-import numpy as np
-
-from .clock_error import ClockError
-from .joint_motion import Array, EXACT
 from ..core.bank import Bank
 
 FILTERS = (*((4, f) for f in (2.0, 3.5, 6.0, 10.5, 18.0, 32.0, 56.0, 98.0, 170.0, 300.0)),
@@ -23,31 +17,9 @@ SMOOTHING_FILTERS = tuple((order, f) for order, f in FILTERS if order == 4)
 SMOOTHING_WIDE = 0.7
 """The same for filters that are smoothed: what predicts best is too wide to smooth with."""
 
-UPPER = [(i, j) for i in range(4) for j in range(i, 4)]
-
 
 def make_bank(n_joints: int, delay: float) -> Bank:
     """Return a bank for estimates of the instant `delay` s before the latest sample."""
     if delay > 0.0:
         return Bank(n_joints, SMOOTHING_FILTERS, SMOOTHING_WIDE, delay)
     return Bank(n_joints, FILTERS, WIDE, 0.0)
-
-
-def covariance_of(triangles: Sequence[float], values: Sequence[float] = (),
-                  error: ClockError = EXACT) -> Array:
-    """
-    Return covariances (n, 4, 4) from their upper triangles, n numbers for each of ten rows.
-
-    As the clock errs, each joint errs along its own motion, of which `values` are position,
-    velocity, ... in a row: by the next derivative for the instant, by its order for the rate.
-    """
-    rows = np.array(triangles).reshape(10, -1)
-    covariance = np.empty((rows.shape[1], 4, 4))
-    for row, (i, j) in zip(rows, UPPER):
-        covariance[:, i, j] = covariance[:, j, i] = row
-    if any(error):
-        state = np.array(values).reshape(4, -1).T
-        onward = np.column_stack([state[:, 1:], np.zeros(len(state))])
-        for along in (error.time * onward, error.rate * np.arange(4.0) * state):
-            covariance += along[:, :, None] * along[:, None, :]
-    return covariance

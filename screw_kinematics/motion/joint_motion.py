@@ -11,10 +11,11 @@ from typing import Union
 import numpy as np
 from numpy.typing import NDArray
 
+from .bank_covariance import BankCovariance
 from .clock_error import ClockError
 
 Array = NDArray[np.float64]
-CovarianceSource = Union[Callable[[], Array], None]
+CovarianceSource = Union[Callable[[], Array], BankCovariance, None]
 
 EXACT = ClockError()
 
@@ -103,6 +104,14 @@ class JointMotion:
             covariance.flags.writeable = False
             self._covariance = covariance
         return covariance
+
+    @property
+    def variances(self) -> list[float]:
+        """Variances of positions, velocities, ... in a row, as the diagonals of the covariance."""
+        if isinstance(self._covariance, BankCovariance):
+            return self._covariance.variances()
+        found: list[float] = np.diagonal(self.covariance, axis1=1, axis2=2).T.ravel().tolist()
+        return found
 
     def __repr__(self) -> str:
         """Show the stamp and the rows."""

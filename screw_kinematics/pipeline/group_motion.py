@@ -14,8 +14,6 @@ from dataclasses import dataclass, field
 from math import hypot, nan
 from typing import Protocol
 
-import numpy as np
-
 from .joint_groups import LARGEST, Reading
 from .settings import MotionSettings
 from ..errors import Reason
@@ -166,7 +164,7 @@ class EstimatedMotion:
         if self._order < 3 and not self._covariance:
             values = values[:(self._order + 1) * len(reading.position)]
         return Motion(estimate.stamp_ns, values,
-                      variances(estimate) if self._covariance else (), estimate.clock_error)
+                      estimate.variances if self._covariance else (), estimate.clock_error)
 
 
 class PositionOnlyMotion(EstimatedMotion):
@@ -233,11 +231,6 @@ class WithSnap:
             return [0.0] * len(jerk)
         span = (now - before) * 1e-9
         return [(j - k) / span for j, k in zip(jerk, old)]
-
-
-def variances(estimate: JointMotion) -> Sequence[float]:
-    """Return the variances of positions, velocities, ... in a row."""
-    return np.diagonal(estimate.covariance, axis1=1, axis2=2).T.ravel().tolist()
 
 
 def _all_measured(velocity: Sequence[float] | None) -> bool:

@@ -12,7 +12,6 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 
 from .account import Account
-from .group_motion import variances
 from .odometry_watch import OdometryWatch
 from .robot_model import tips_of
 from .settings import MotionSettings
@@ -208,7 +207,7 @@ class MovingBase:
         self._poses.append(_Pose(stamp, row))
         if isinstance(estimate, Reason):
             return self.account.close(estimate)
-        motion = BaseMotion(estimate.stamp_ns, [*row, *estimate.values], variances(estimate))
+        motion = BaseMotion(estimate.stamp_ns, [*row, *estimate.values], estimate.variances)
         self._motions.append(motion)
         return self.account.close(motion)
 

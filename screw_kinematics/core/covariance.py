@@ -1,0 +1,89 @@
+# cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True
+# cython: initializedcheck=False
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""From variances of joints to the covariance of what a Jacobian makes of them."""
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+try:
+    import cython
+except ImportError:
+    from . import uncompiled as cython
+from .tables import zeros
+if not cython.compiled:
+    from .readings import fill
+
+
+class ThroughJacobian:
+    """
+    For Jacobians of one shape.
+
+    Parameters
+    ----------
+    rows, n:
+        Their rows, and their columns: joints.
+
+    """
+
+    def __init__(self, rows: int, n: int) -> None:
+        self.rows, self.n = rows, n
+        self.jacobian, self.variance = zeros(rows * n), zeros(n)
+        self.common, self.out = zeros(n), zeros(rows * rows)
+
+    def covariance(self, jacobian: Sequence[float], variances: Sequence[float],
+                   together: Sequence[Sequence[float]]) -> list[float]:
+        """
+        Return ``J (diag(variances - t^2) + t t^T) J^T``, for each t of `together`, row by row.
+
+        Raises
+        ------
+        ValueError
+            There are fewer or more numbers than in that shape.
+
+        """
+        i: cython.Py_ssize_t
+        for i in range(self.rows * self.rows):
+            self.out[i] = 0.0
+        fill(self.jacobian, jacobian)
+        fill(self.variance, variances)
+        for each in together:
+            fill(self.common, each)
+            self.add_common()
+        self.add()
+        return [self.out[i] for i in range(self.rows * self.rows)]
+
+    def add_common(self) -> None:
+        """Add what joints that err at once make, which is none of their own variance."""
+        i: cython.Py_ssize_t
+        j: cython.Py_ssize_t
+        k: cython.Py_ssize_t
+        n: cython.Py_ssize_t = self.n
+        for k in range(n):
+            self.variance[k] -= self.common[k] * self.common[k]
+        for i in range(self.rows):
+            one: cython.double = 0.0
+            for k in range(n):
+                one += self.jacobian[i * n + k] * self.common[k]
+            for j in range(self.rows):
+                other: cython.double = 0.0
+                for k in range(n):
+                    other += self.jacobian[j * n + k] * self.common[k]
+                self.out[i * self.rows + j] += one * other
+
+    def add(self) -> None:
+        """Add what joints make that err each on its own."""
+        i: cython.Py_ssize_t
+        j: cython.Py_ssize_t
+        k: cython.Py_ssize_t
+        n: cython.Py_ssize_t = self.n
+        for i in range(self.rows):
+            for j in range(i + 1):
+                total: cython.double = 0.0
+                for k in range(n):
+                    total += (self.jacobian[i * n + k] * self.jacobian[j * n + k]
+                              * self.variance[k])
+                self.out[i * self.rows + j] += total
+                if j < i:
+                    self.out[j * self.rows + i] += total
