@@ -44,13 +44,16 @@ def clock_error(ticks: TickCounter | None, tally: Tally, messages: float,
     held, fresh, lost = tally
     line = 2.0 * ticks.deviation / sqrt(max(ticks.line.pairs(), 1))
     time = hypot(line, doubt)
-    rate = sqrt(12.0) * line / (max(ticks.line.ticks(), 1.0) * ticks.period)
+    span = max(ticks.line.ticks(), 1.0) * ticks.period
+    rate = sqrt(12.0) * line / span
     if held + fresh < ENOUGH or not (held > HOLDS or lost > SKIPS * fresh):
         return ClockError(time, rate)
     shorter, longer = min(ticks.period, messages), max(ticks.period, messages)
-    # The line through the stamps averages a beat that is faster than it remembers.
-    beats = abs(longer / shorter - round(longer / shorter)) * LONGEST / longer
-    return ClockError(hypot(time, shorter / sqrt(12.0) / max(1.0, beats)), rate)
+    # The line through the stamps averages a beat that is faster than it is long, and leans where
+    # one ends in it.
+    beats = abs(longer / shorter - round(longer / shorter)) * min(span, LONGEST) / longer
+    age = shorter / sqrt(12.0) / max(1.0, beats)
+    return ClockError(hypot(time, age), hypot(rate, age / span))
 
 
 def clock_doubts(ticks: TickCounter | None, tally: Tally) -> list[str]:

@@ -158,8 +158,8 @@ class DeviceClock:
         """
         same = position == self._position
         # Also those that did not come: a pause does not make the others come slower.
-        missing = round((stamp - self._heard) / self._spacing) if self._messages > WINDOW else 0
-        self._messages += missing if missing > 1 else 1.0
+        steps = (stamp - self._heard) / self._spacing if self._messages > 4.0 else 1.0
+        self._messages += round(steps) if steps > (1.5 if self._messages > WINDOW else 4.0) else 1
         self._heard, self._spacing = stamp, (stamp - self._first) / self._messages
         ticks = self.ticks
         if ticks is None:
