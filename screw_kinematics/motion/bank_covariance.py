@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .clock_error import ClockError
+from ..core.tables import TRIANGLE
 
-UPPER = [(i, j) for i in range(4) for j in range(i, 4)]
-DIAGONAL = [k for k, (i, j) in enumerate(UPPER) if i == j]
+DIAGONAL = [k for k, (i, j) in enumerate(TRIANGLE) if i == j]
 
 
 class BankCovariance(NamedTuple):
@@ -42,7 +42,7 @@ class BankCovariance(NamedTuple):
         """Return the covariances, shape (n, 4, 4)."""
         rows = np.array(self.triangles).reshape(10, -1)
         covariance = np.empty((rows.shape[1], 4, 4))
-        for row, (i, j) in zip(rows, UPPER):
+        for row, (i, j) in zip(rows, TRIANGLE):
             covariance[:, i, j] = covariance[:, j, i] = row
         if any(self.error):
             state = np.array(self.values).reshape(4, -1).T
