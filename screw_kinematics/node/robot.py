@@ -56,6 +56,7 @@ class Robot:
         self.publishers = Publishers(node)
         self.publishers.advertise(settings)
         self.stamp_ns = 0
+        self._states: list[State] = []
         self._description: str | None = None
         self._programs: dict[Needs, RobotProgram] = {}
         self._program: RobotProgram | None = None
@@ -73,22 +74,46 @@ class Robot:
                 'compiling its outputs' if self._worker.is_at((self, 'program')) else '')
 
     def take(self, sample: JointSample) -> None:
-        """Take a joint sample, and publish the state it leads to."""
+        """Take a joint sample; what it leads to is published by :meth:`publish`."""
         pipeline = self.pipeline
         if pipeline is None:
             self.account.close(Reason.NO_MODEL)
             return
-        state = None
         try:
             state = pipeline.take(sample)
-            if isinstance(state, State):
+        except Exception as error:      # a fault of one robot must not end the others
+            self.account.close(Reason.INTERNAL_ERROR, repr(error))
+            self._begin_anew(error)
+            return
+        if isinstance(state, State):
+            self._states.append(state)
+
+    def publish(self) -> None:
+        """Publish the states of the samples that came since the last call."""
+        if not self._states:
+            return
+        states, self._states = self._states, []
+        for state in states:
+            try:
                 self.publishers.publish(state)
                 self.stamp_ns = state.stamp_ns
-        except Exception as error:      # a fault of one robot must not end the others
-            if state is None:
-                self.account.close(Reason.INTERNAL_ERROR, repr(error))
-            pipeline.reset()            # what was half done is not to be built on
-            self._log.error(f'{self.name}: {error!r}', throttle_duration_sec=5.0)
+            except Exception as error:      # nor one message the others
+                self._begin_anew(error)
+
+    def _begin_anew(self, error: Exception) -> None:
+        """Tell a fault; what is half done is not to be built on."""
+        if self.pipeline is not None:
+            self.pipeline.reset()
+        self._log.error(f'{self.name}: {error!r}', throttle_duration_sec=5.0)
+
+    @property
+    def has_one_stream(self) -> bool:
+        """
+        Whether its states come of one topic alone.
+
+        Else what they are depends on how the messages of several topics follow each other.
+        """
+        return len(self.settings.joint_states_topic) == 1 and not self.settings.on_moving_base
 
     def wants_wrench(self, tip: int) -> bool:
         """Return whether somebody listens to the compensated wrench of a tip."""

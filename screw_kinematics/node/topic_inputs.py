@@ -6,6 +6,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
+from time import perf_counter
 from typing import Any, Generic, TypeVar
 
 from geometry_msgs.msg import WrenchStamped
@@ -23,6 +24,12 @@ from ..errors import MalformedMessageError, ParameterError, Reason
 from ..messages.base_motion import BaseSample, READERS
 from ..messages.joint_state import JointSample, JointStateDecoder
 from ..messages.wrench import read_wrench, WrenchSample
+
+LONGEST = 5e-4
+"""For so long [s] messages that wait are worked through before their outputs are published."""
+
+LOOK_EVERY = 7
+"""Where none wait, it is looked for some after so many messages: to find none costs a little."""
 
 Sample = TypeVar('Sample', JointSample, WrenchSample, BaseSample)
 
@@ -138,6 +145,9 @@ class TopicInput(ABC, Generic[Sample]):
 
     def receive(self, data: bytes) -> None:
         """Take a serialized message, and hand on what it says."""
+        self._take(data)
+
+    def _take(self, data: bytes) -> None:
         self.received += 1
         try:
             sample = self._read(data)
@@ -176,6 +186,37 @@ class JointInput(TopicInput[JointSample]):
     def __init__(self, node: Node, topic: str, robots: Sequence[Robot]) -> None:
         super().__init__(node, topic, robots)
         self._decoder = JointStateDecoder(read_by_middleware)
+        self._until_look = 0
+
+    def receive(self, data: bytes) -> None:
+        """
+        Take a serialized message, and those that wait behind it; publish what they led to.
+
+        Every call of the middleware takes from the processor's caches what the next message
+        needs. So where messages wait they are all worked through before anything is published.
+        """
+        try:
+            self._take(data)
+            self._until_look -= 1
+            if self._until_look <= 0:
+                self._take_waiting()
+        finally:
+            for robot in self.robots:
+                robot.publish()
+
+    def _take_waiting(self) -> None:
+        """Take messages that wait; where there was one, look again with the next message."""
+        self._until_look = LOOK_EVERY
+        if not all(robot.has_one_stream for robot in self.robots):
+            return
+        subscription = self._subscription
+        end = perf_counter() + LONGEST
+        while subscription is not None and perf_counter() < end:
+            found = subscription.handle.take_message(subscription.msg_type, True)
+            if found is None:
+                break
+            self._until_look = 0
+            self._take(found[0])
 
     def _wanted_type(self) -> Any:
         return JointState
