@@ -13,6 +13,6 @@ cdef class JointStateLayout:
 
 
 cdef class StampedMessage:
-    cdef bytes head
-    cdef Py_ssize_t[::1] places
+    cdef bytes example
+    cdef Py_ssize_t[::1] places, order
     cdef Py_ssize_t count, needed

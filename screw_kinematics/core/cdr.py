@@ -12,7 +12,7 @@ every count in a message to be the one that the places were found with.
 from __future__ import annotations
 
 from array import array
-from struct import pack, pack_into, unpack_from
+from struct import pack_into, unpack_from
 
 try:
     import cython
@@ -138,27 +138,32 @@ class JointStateLayout:
 
 class StampedMessage:
     """
-    A message of a stamp, things that stay the same, and numbers at its end.
+    A message of a stamp, things that stay the same, and numbers.
 
     Parameters
     ----------
-    head : bytes
-        The message up to the numbers; its stamp, bytes 4 to 12, is replaced.
-    order : sequence of int
-        Which of the values each number is.
+    example : bytes
+        One of them, whose stamp, bytes 4 to 12, and numbers are replaced.
+    places : list of int
+        Where each number is.
+    order : list of int
+        Which of the values it is.
 
     Raises
     ------
     ValueError
-        The head has no place for a stamp, or the order is negative.
+        The example has no stamp, a place is not inside of it, or the order is negative.
 
     """
 
-    def __init__(self, head: bytes, order: list) -> None:
-        if len(head) < 12 or min(order, default=0) < 0:
-            raise ValueError('a message without a stamp, or a negative place of a value')
-        self.head, self.count, self.needed = head, len(order), max(order, default=-1) + 1
-        self.places = memoryview(array('q', [*order, 0]))
+    def __init__(self, example: bytes, places: list, order: list) -> None:
+        if len(places) != len(order) or min(order, default=0) < 0:
+            raise ValueError('each number has a place in the message, and one among the values')
+        if len(example) < 12 or not all(12 <= place <= len(example) - 8 for place in places):
+            raise ValueError('a message without a stamp, or numbers that reach beyond it')
+        self.example, self.count, self.needed = example, len(order), max(order, default=-1) + 1
+        self.places, self.order = memoryview(array('q', [*places, 0])), memoryview(
+            array('q', [*order, 0]))
 
     @cython.boundscheck(True)
     def write(self, stamp_ns: cython.longlong, values: object) -> bytes | None:
@@ -181,20 +186,21 @@ class StampedMessage:
         if nanoseconds < 0:        # C rounds towards zero
             seconds, nanoseconds = seconds - 1, nanoseconds + _SECOND
         if cython.compiled:
-            size: cython.Py_ssize_t = len(self.head)
+            size: cython.Py_ssize_t = len(self.example)
             stamp = cython.declare(cython.int[2])
             number: cython.double = 0.0
-            message: bytes = PyBytes_FromStringAndSize(cython.NULL, size + 8 * self.count)
+            message: bytes = PyBytes_FromStringAndSize(cython.NULL, size)
             target: cython.p_char = cython.cast(cython.p_char, message)
-            memcpy(target, cython.cast(cython.p_char, self.head), size)
+            memcpy(target, cython.cast(cython.p_char, self.example), size)
             stamp[0], stamp[1] = seconds, nanoseconds
             memcpy(target + _STAMP, stamp, 8)
             for i in range(self.count):
-                number = values[self.places[i]]
-                memcpy(target + size + 8 * i, cython.address(number), 8)
+                number = values[self.order[i]]
+                memcpy(target + self.places[i], cython.address(number), 8)
             return message
         else:
-            body = bytearray(self.head)
-            pack_into('<iI', body, 4, seconds, nanoseconds)
-            return bytes(body) + pack(f'<{self.count}d', *[
-                values[self.places[i]] for i in range(self.count)])
+            body = bytearray(self.example)
+            pack_into('<iI', body, _STAMP, seconds, nanoseconds)
+            for i in range(self.count):
+                pack_into('<d', body, self.places[i], values[self.order[i]])
+            return bytes(body)

@@ -16,30 +16,32 @@ from ..core.cdr import StampedMessage
 from ..errors import InvalidValueError
 
 _ANGULAR_LAST = (3, 4, 5, 0, 1, 2)
+_CDR = b'\0\1\0\0'      # plain, little-endian; alignment counts from its end
+
+UNSTAMPED = bytes(8)
+"""The body of a message up to its frame: room for the stamp."""
 
 
-class _Encoder:
+class StampedEncoder:
     """
-    The layout of one message type with fixed frame names.
+    The layout of messages that differ in stamp and numbers only.
 
     Parameters
     ----------
-    frames : sequence of str
-        The strings between stamp and floats.
+    body : bytes
+        One of them, from its stamp on.
+    places : sequence of int
+        Where in the body each number is.
     order : sequence of int
-        Which of the values each float is.
+        Which of the values it is.
 
     """
 
     __slots__ = ('_write',)
 
-    def __init__(self, frames: Sequence[str], order: Sequence[int]) -> None:
-        # Alignment counts from the end of the CDR header; the stamp takes the first 8 bytes.
-        body = bytes(8)
-        for frame in frames:
-            body = with_text(body, frame)
+    def __init__(self, body: bytes, places: Sequence[int], order: Sequence[int]) -> None:
         self._write = StampedMessage(
-            b'\0\1\0\0' + body + bytes(-len(body) % 8), list(order)).write
+            _CDR + body, [len(_CDR) + place for place in places], list(order)).write
 
     def encode(self, stamp_ns: int, values: Sequence[float]) -> bytes:
         """
@@ -63,11 +65,35 @@ class _Encoder:
         except OverflowError:
             message = None
         if message is None:
-            raise out_of_range(stamp_ns)
+            raise InvalidValueError(f'stamp {stamp_ns} ns does not fit a message, which holds '
+                                    'seconds as int32')
         return message
 
 
-class TwistEncoder(_Encoder):
+class _FramesEncoder(StampedEncoder):
+    """
+    The layout of one message type with fixed frame names.
+
+    Parameters
+    ----------
+    frames : sequence of str
+        The strings between stamp and floats.
+    order : sequence of int
+        Which of the values each float is.
+
+    """
+
+    __slots__ = ()
+
+    def __init__(self, frames: Sequence[str], order: Sequence[int]) -> None:
+        body = UNSTAMPED
+        for frame in frames:
+            body = with_text(body, frame)
+        body, places = with_floats(body, len(order))
+        super().__init__(body, places, order)
+
+
+class TwistEncoder(_FramesEncoder):
     """
     Writes `TwistStamped` and `AccelStamped`, which are alike on the wire: six values.
 
@@ -84,7 +110,7 @@ class TwistEncoder(_Encoder):
         super().__init__([frame_id], _ANGULAR_LAST)
 
 
-class VelocityEncoder(_Encoder):
+class VelocityEncoder(_FramesEncoder):
     """
     Writes `VelocityStamped`: a twist that names both bodies.
 
@@ -103,7 +129,7 @@ class VelocityEncoder(_Encoder):
         super().__init__([frame_id, body_frame_id, reference_frame_id], _ANGULAR_LAST)
 
 
-class PoseEncoder(_Encoder):
+class PoseEncoder(_FramesEncoder):
     """
     Writes `PoseStamped` from position (x, y, z) in m and unit quaternion (x, y, z, w).
 
@@ -120,7 +146,7 @@ class PoseEncoder(_Encoder):
         super().__init__([frame_id], range(7))
 
 
-class WrenchEncoder(_Encoder):
+class WrenchEncoder(_FramesEncoder):
     """
     Writes `WrenchStamped` from force [N] and torque [N m].
 
@@ -137,7 +163,7 @@ class WrenchEncoder(_Encoder):
         super().__init__([frame_id], range(6))
 
 
-class TwistWithCovarianceEncoder(_Encoder):
+class TwistWithCovarianceEncoder(_FramesEncoder):
     """
     Writes `TwistWithCovarianceStamped` and `AccelWithCovarianceStamped`.
 
@@ -157,7 +183,7 @@ class TwistWithCovarianceEncoder(_Encoder):
             6 + 6 * row + column for row in _ANGULAR_LAST for column in _ANGULAR_LAST)])
 
 
-class ImuEncoder(_Encoder):
+class ImuEncoder(_FramesEncoder):
     """
     Writes `Imu`, from 37 values in the order of the message.
 
@@ -182,15 +208,15 @@ def with_count(body: bytes, count: int) -> bytes:
     return body + bytes(-len(body) % 4) + count.to_bytes(4, 'little')
 
 
+def with_floats(body: bytes, count: int) -> tuple[bytes, range]:
+    """Return the bytes of a message with room for floats behind them, and where these are."""
+    body += bytes(-len(body) % 8)
+    return body + bytes(8 * count), range(len(body), len(body) + 8 * count, 8)
+
+
 def with_text(body: bytes, text: str) -> bytes:
     """Return the bytes of a message with a name behind them."""
     if '\0' in text:
         raise InvalidValueError(f'name {text!r} contains a NUL character')
     raw = text.encode() + b'\0'
     return with_count(body, len(raw)) + raw
-
-
-def out_of_range(stamp_ns: int) -> InvalidValueError:
-    """Return the error for a stamp that does not fit a message."""
-    return InvalidValueError(
-        f'stamp {stamp_ns} ns does not fit a message, which holds seconds as int32')

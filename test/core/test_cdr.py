@@ -75,9 +75,12 @@ def test_damaged_messages_are_the_same_compiled_and_as_text():
 
 @MODULES
 def test_numbers_go_where_they_belong(module):
-    write = module.StampedMessage(b'head' + bytes(8) + b'body', [2, 0]).write
-    assert write(7_000_000_008, (1.0, 2.0, 3)) == \
-        b'head' + struct.pack('<iI', 7, 8) + b'body' + struct.pack('<2d', 3.0, 1.0)
+    write = module.StampedMessage(
+        b'head' + bytes(8) + b'body' + bytes(8) + b'mid' + bytes(8) + b'end', [16, 27],
+        [2, 0]).write
+    assert write(7_000_000_008, (1.0, 2.0, 3)) == (
+        b'head' + struct.pack('<iI', 7, 8) + b'body' + struct.pack('<d', 3.0)
+        + b'mid' + struct.pack('<d', 1.0) + b'end')
     assert write(-1, [1.0, 2.0, 3.0])[4:12] == struct.pack('<iI', -1, 999_999_999)
     for stamp in (2**31 * 10**9, -2**31 * 10**9 - 1, 2**63 - 1):
         assert write(stamp, (1.0, 2.0, 3.0)) is None
@@ -88,7 +91,10 @@ def test_numbers_go_where_they_belong(module):
 
 
 @MODULES
-@pytest.mark.parametrize('head, order', [(bytes(11), [0]), (bytes(12), [0, -1])])
-def test_messages_without_a_place_for_the_stamp_are_refused(module, head, order):
-    with pytest.raises(ValueError, match='without a stamp'):
-        module.StampedMessage(head, order)
+@pytest.mark.parametrize('size, places, order, match', [
+    (11, [], [], 'without a stamp'), (30, [11], [0], 'reach beyond'),
+    (30, [23], [0], 'reach beyond'), (30, [12, 2**62], [0, 1], 'reach beyond'),
+    (30, [12], [-1], 'a place'), (30, [12], [0, 1], 'a place')])
+def test_numbers_without_a_place_are_refused(module, size, places, order, match):
+    with pytest.raises(ValueError, match=match):
+        module.StampedMessage(bytes(size), places, order)
