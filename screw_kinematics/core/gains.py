@@ -42,6 +42,10 @@ class Gains:
     """
 
     def __init__(self, bandwidths: Sequence) -> None:
+        i: cython.Py_ssize_t
+        j: cython.Py_ssize_t
+        k: cython.Py_ssize_t
+        order: cython.Py_ssize_t
         m = self.m = len(bandwidths)
         self.power = row([(2 * 3.141592653589793 * f) ** (2 * order) for order, f in bandwidths])
         self.four = row([1.0 if order == 4 else 0.0 for order, _ in bandwidths])

@@ -76,7 +76,9 @@ class IntervalSmoother:
         dense: cython.double = SPARSE / period
         dense = dense if dense < DENSEST else DENSEST
         wide: cython.double = self.wide * dense
-        far = max(1.0, max(times[i] - times[i - 1] for i in range(1, n)) / TIME_UNIT)
+        far: cython.double = 1.0
+        for i in range(1, n):
+            far = max(far, (times[i] - times[i - 1]) / TIME_UNIT)
         self.gains.start(row([min(deviation * SCALE[a], CARRIED / far ** a) ** 2
                               for a, deviation in enumerate(PRIOR)]))
         for i in range(n):

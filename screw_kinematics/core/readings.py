@@ -75,16 +75,17 @@ class Readings:
                 self.q[i, j] = self.q[i + first, j]
         self.count -= first
 
-    def at(self, i: int) -> tuple[float, float, float, float]:
+    def at(self, i: cython.Py_ssize_t) -> tuple[float, float, float, float]:
         """Return tick, deviation, stamp and time of reading i; -1: the latest."""
-        k = self.count + i if i < 0 else i
+        k: cython.Py_ssize_t = self.count + i if i < 0 else i
         return self.tick[k], self.deviation[k], self.stamp[k], self.time[k]
 
-    def position(self, i: int) -> tuple[float, ...]:
+    def position(self, i: cython.Py_ssize_t) -> tuple[float, ...]:
         """Return the positions of reading i."""
         return tuple([self.q[i, j] for j in range(self.n)])
 
-    def place(self, i: int, tick: float, deviation: float, time: float) -> None:
+    def place(self, i: cython.Py_ssize_t, tick: cython.double, deviation: cython.double,
+              time: cython.double) -> None:
         """Put reading i at another tick."""
         self.tick[i], self.deviation[i], self.time[i] = tick, deviation, time
 
