@@ -39,7 +39,8 @@ cdef class DeviceClock:
         same=bint, ticks=TickCounter, period=double, unit=double, x=double, foreseen=double,
         unforeseen=double, length=double, usual=double, near=long, span=double, told=bint,
         age=double, d=long, off=double, step=double, agree=bint, before=bint, late=double,
-        steps=double, regular=bint, paced=bint, pause=bint, by_joints=bint, onward=double)
+        steps=double, most=double, regular=bint, paced=bint, pause=bint, by_joints=bint,
+        onward=double)
     cpdef Placed update(self, double stamp, object position, Bank bank)
     @cython.locals(age=double)
     cdef Placed _begin(self, double stamp, object position, bint same)

@@ -183,7 +183,9 @@ class DeviceClock:
         # Regular stamps that are not proven to be of another clock are right about a loss; all are
         # about a pause longer than the filters foresee, unless what comes after it is merely late.
         regular = ticks.deviation < REGULAR * period and not (self.proven and self.share < 0.5)
-        pause = d > 0 and (near >= FAR or near > FEW_TICKS and age > LONG) and not (
+        # One that is late already was none, so its time has passed since the last message.
+        pause = d > 0 and (near >= FAR or near > FEW_TICKS and age > LONG) and (
+            2.0 * age > near * period) and not (
             told and bank is not None and self._goes_on(position, x, unit, bank))
         if pause:
             d = near
@@ -213,7 +215,9 @@ class DeviceClock:
         step = age - d * period
         span = age * self._ratio
         # Else the stamp was set, or is late: the count alone.
-        agree = abs(step) < 0.1 * period + 5.0 * ticks.deviation
+        most = 0.1 * period + 5.0 * ticks.deviation
+        agree = abs(step) < most and (
+            self.share == 1.0 or abs(stamp - ticks.phase - d * period) < most)
         if pause:
             told = False
             self._readings.clear()
@@ -241,9 +245,7 @@ class DeviceClock:
         elif regular or pause:
             paced = True
             by_joints = told and (near < FAR or abs(x - d) < 0.35 and near > d + 1)
-            onward = span
-            if by_joints and abs(d * unit - x * unit) <= abs(span - x * unit):
-                onward = d * unit
+            onward = d * unit if by_joints and abs(d - x) * unit <= abs(span - x * unit) else span
         elif told:
             onward = d * unit + self.share * min(max(x - d, -0.2), 0.2) * unit
         else:
@@ -253,7 +255,7 @@ class DeviceClock:
             paced and (step > 0.0 or late < 0.0))
         self._time += max(onward, 0.1 * unit)
         off = abs(late) if ticks.deviation < REGULAR * period else 0.0    # late, or a clock set
-        self._doubt = off if off > 0.1 * period + 5.0 * ticks.deviation else 0.0
+        self._doubt = off if off > most else 0.0
         self._ahead = late * (1.0 - self.share * agree) * self._ratio
         if not same:
             self._readings.add(self._tick, self._deviation, stamp, self._time, agreed)
@@ -279,10 +281,8 @@ class DeviceClock:
         return dist(position, [state[j] + move[j] for j in range(n)]) < (
             NEXT * hypot(*move) / d)
 
-    # ---- before there are ticks
-
     def _begin(self, stamp: float, position: Row, same: bool) -> Placed:
-        """Place a message by its stamp."""
+        """Place a message by its stamp, before there are ticks."""
         age = stamp - self._last
         if same and self._repeated.repeats(stamp, age, 0.0, 0.0, None):
             if not self.held:

@@ -26,5 +26,5 @@ cdef class MotionEstimator(JointEstimator):
     cdef double _unset(self, double stamp, object position) except? -1e300
     @cython.locals(admission=Admission, clock=DeviceClock, bank=Bank, placed=Placed, own=double)
     cpdef object place(self, double stamp, object position, object velocity=*, object known=*)
-    @cython.locals(bank=Bank, wanted=bint, early=bint, placed=Placed)
+    @cython.locals(bank=Bank, wanted=bint, early=bint, placed=Placed, beyond=double)
     cpdef object _take(self, double stamp, object position, object velocity)

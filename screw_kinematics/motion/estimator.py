@@ -25,7 +25,8 @@ SETTLED = 16
 """Samples after which the filters may foresee the next one for the clock."""
 
 LONGEST_AGE, PERIODS = 0.02, 3.0
-"""Outputs go on without a new reading for this long, s, or for so many periods of the device."""
+"""Outputs go on without a new reading, or describe what was after one that came late, for this
+long, s, or for so many periods of the device."""
 
 ONWARD = 0.4
 """Ticks that joints must have gone on for an older stamp to be of a clock that was set back."""
@@ -243,7 +244,9 @@ class MotionEstimator(JointEstimator):
         if not isinstance(outcome, Placed):
             return outcome
         placed = outcome
-        if placed.age > LONGEST_AGE and placed.age > PERIODS * self._clock.period:
+        beyond = placed.age if placed.time is None else (
+            placed.instant - placed.time - self.delay)
+        if beyond > LONGEST_AGE and beyond > PERIODS * self._clock.period:
             return self._admission.refuse(Reason.NO_NEW_READING)
         bank, wanted = self._bank, self.covariance_wanted
         early = self._settled < SHORTEST

@@ -60,7 +60,7 @@ class FirstTicks:
         for number, each in zip(numbers, stamps):
             line.add(number - last, each)
         phase, period, deviation = line.fit(0.0)
-        if deviation > max(LATEST, IRREGULAR * period):
+        if period < FASTEST or deviation > max(LATEST, IRREGULAR * period):
             self._stamps = stamps[FIRST // 2:]
             return None
         ticks = TickCounter(phase, period, FIRST, max(deviation, 1e-4 * period))

@@ -33,3 +33,6 @@ cdef class TickCounter:
                                 double deviation)
     @cython.locals(tolerance=double, least=double)
     cdef double _set_by(self, double late) except? -1e300
+    @cython.locals(gain=double, most=double, wobble=double)
+    cdef void _learn(self, double late) noexcept
+    cdef bint _catching_up(self, double fallen, long messages)

@@ -23,6 +23,13 @@ rather noise."""
 LATE = 12
 """Stamps in a row that must all be late for their clock to have been set."""
 
+CATCHES_UP = 0.05
+"""Periods by which lateness falls with each message from which on no clock was set, but a stall
+ends; beside twice the stamps' deviation."""
+
+STALL = 8.0
+"""Mean deviations of stamps beyond which, and a period, messages that catch up were held up."""
+
 SURPRISE = 5.0
 """Log odds against an acceleration that nobody foresaw."""
 
@@ -158,6 +165,37 @@ class TickCounter:
         late = stamp - self.phase
         self.count += 1
         self.tick += d
+        # What a stall has held up tells nothing of how stamps usually are.
+        recent = self._recent
+        held_up = (late > period + STALL * self.deviation and len(recent) > 2
+                   and self._catching_up(recent[-3] - late, 3))
+        if not held_up:
+            self._learn(late)
+        self.sets *= 0.95
+        recent.append(late)
+        shift = self._set_by(late) if self.count > 16 else 0.0
+        if shift:
+            self.phase += shift
+            late -= shift
+            self._before = late
+            recent.clear()
+            self.sets += 1.0
+            if self.lean * shift > 0.6 * abs(shift):    # so for long: the period is wrong
+                self.forget(max(24 * self.line.stride, int(SOUND / period)))
+            else:
+                self.shift += shift
+        if sure and not held_up:
+            if self.line.full() and self.line.ticks() < LONGEST / period:
+                self.line.merge()
+            self.line.add(self.tick, stamp - self.shift)
+        if self.count >= self._due:
+            self._due = self.count + min(
+                max(8, self.count // 8), max(8, int(0.05 / period)))
+            self._fit()
+        return late
+
+    def _learn(self, late: float) -> None:
+        """Follow how late and early stamps are, as a rule."""
         # Comparisons, as calls of min and max would take longer than all else here.
         gain = 1.0 / self.count if self.count < 100 else 0.01
         most = 7.0 * self.deviation if self.deviation > 1e-6 else 7e-6
@@ -171,28 +209,6 @@ class TickCounter:
         else:
             self.early += ((-late if -late < most else most) - self.early) * gain
             self.lean += 0.03 * (-1.0 - self.lean)
-        self.sets *= 0.95
-        self._recent.append(late)
-        shift = self._set_by(late) if self.count > 16 else 0.0
-        if shift:
-            self.phase += shift
-            late -= shift
-            self._before = late
-            self._recent.clear()
-            self.sets += 1.0
-            if self.lean * shift > 0.6 * abs(shift):    # so for long: the period is wrong
-                self.forget(max(24 * self.line.stride, int(SOUND / period)))
-            else:
-                self.shift += shift
-        if sure:
-            if self.line.full() and self.line.ticks() < LONGEST / period:
-                self.line.merge()
-            self.line.add(self.tick, stamp - self.shift)
-        if self.count >= self._due:
-            self._due = self.count + min(
-                max(8, self.count // 8), max(8, int(0.05 / period)))
-            self._fit()
-        return late
 
     def _set_by(self, late: float) -> float:
         """Return by how much the stamps' clock seems to have been set, s."""
@@ -206,13 +222,19 @@ class TickCounter:
         elif late > tolerance and len(recent) > 3:
             four = recent[-4], recent[-3], recent[-2], late
             least = min(four)
-            if least > tolerance and max(four) - least < 0.25 * least:    # late, but evenly so
+            if (least > tolerance and max(four) - least < 0.25 * least      # evenly late
+                    and not self._catching_up(four[0] - late, 3)):
                 return least
-            if len(recent) == LATE and late > 0.5 * recent[0]:     # else they catch up
+            if (len(recent) == LATE and late > 0.5 * recent[0]
+                    and not self._catching_up(recent[0] - late, LATE - 1)):
                 least = min(recent)
                 if least > tolerance:
                     return least
         return 0.0
+
+    def _catching_up(self, fallen: float, messages: int) -> bool:
+        """Whether lateness that fell so much over some messages is that of who was held up."""
+        return fallen > CATCHES_UP * messages * self.period + 2.0 * self.deviation
 
     def forget(self, last: int) -> None:
         """Forget all pairs but the latest; the others are not sound."""

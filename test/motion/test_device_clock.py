@@ -199,6 +199,30 @@ def test_results_do_not_depend_on_where_time_and_joints_begin():
     np.testing.assert_allclose(run(64.0, np.arange(JOINTS), 1.0), plain, rtol=1e-3, atol=1e-3)
 
 
+@pytest.mark.parametrize('delay', [0.0, 0.02])
+@pytest.mark.parametrize('apart', [0.0, 0.2, 0.5, 0.8])
+@pytest.mark.parametrize('length', [0.005, 0.015, 0.03, 0.08])
+@pytest.mark.parametrize('rate', [250, 1000])
+def test_a_stall_of_the_network_is_no_clock_that_was_set(rate, length, apart, delay):
+    """However long it is, and however fast what was held up arrives then."""
+    motion = motion_of(8)
+    rng = np.random.default_rng(8)
+    messages = stamping.on_arrival(*stamping.device(motion, rate, 5.0, 8), rng, 0.1 / rate)
+    messages = stamping.with_stalls(messages, length, 1.7, max(1e-5, apart / rate))
+    mean = np.mean(messages.stamped - messages.read)
+    estimator, found = MotionEstimator(JOINTS, delay), []
+    for stamp, read, position in zip(messages.stamps, messages.read, messages.positions):
+        outcome = estimator.update(stamp, position)
+        if outcome is None and read > 1.0:
+            assert estimator.reason is Reason.NO_NEW_READING
+            assert stamp - delay - read > 0.015
+        elif read > 1.0:
+            found.append((outcome.stamp - mean, *outcome.acceleration))
+    instants, *accelerations = np.array(found).T
+    errors = np.transpose(accelerations) - motion(instants)[2]
+    assert np.abs(errors).max() < 0.5 * np.abs(motion(messages.read)[2]).max()
+
+
 @pytest.mark.parametrize('seed', range(4))
 @pytest.mark.parametrize('velocity', [True, False])
 def test_pauses_among_the_first_readings_are_none_of_the_period(seed, velocity):

@@ -54,12 +54,12 @@ def with_losses(messages, rng, share):
     return Messages(*(part[kept] for part in messages))
 
 
-def with_stalls(messages, length, every):
-    """Hold the network up from time to time: what is late then arrives in order, at once."""
+def with_stalls(messages, length, every, apart=1e-5):
+    """Hold the network up from time to time: what is late then comes in order, `apart` [s]."""
     stamped = messages.stamped.copy()
     for begin in np.arange(every, stamped[-1], every):
-        late = (stamped > begin) & (stamped < begin + length)
-        stamped[late] = begin + length + 1e-5 * np.arange(late.sum())
+        late = stamped > begin
+        stamped[late] = np.maximum(stamped[late], begin + length + apart * np.arange(late.sum()))
     return messages._replace(stamps=stamped, stamped=stamped)
 
 
