@@ -18,6 +18,7 @@ from rclpy.parameter_service import ParameterService
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from std_msgs.msg import String
 
+from .backlog import Backlog
 from .diagnostics import Diagnostics
 from .parameters import as_values, NodeParameters
 from .requests import answer_always
@@ -172,7 +173,7 @@ class KinematicStatePublisher(LifecycleNode):
             if robot_settings.description:
                 robot.load_from_parameter()
         robots = self.robots.values()
-        self._create_inputs(JointInput, 'joint_states_topic',
+        self._create_inputs(partial(JointInput, backlog=Backlog()), 'joint_states_topic',
                             lambda r: r.settings.joint_states_topic)
         self._create_inputs(WrenchInput, 'wrench_topic',
                             lambda r: [part.wrench_topic for part in r.settings.parts])
@@ -194,7 +195,7 @@ class KinematicStatePublisher(LifecycleNode):
                 f'waiting for a description on {robot.settings.description_topic!r}'
                 if robot.model is None else repr(robot.model)))
 
-    def _create_inputs(self, kind: type[TopicInput[Any]], parameter: str,
+    def _create_inputs(self, kind: Callable[..., TopicInput[Any]], parameter: str,
                        topics: Callable[[Robot], Iterable[str]]) -> None:
         for topic, robots in by_topic(self, self.robots.values(), parameter, topics).items():
             if topic in self.inputs:

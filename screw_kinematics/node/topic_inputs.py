@@ -17,6 +17,7 @@ from rclpy.qos_overriding_options import QoSOverridingOptions
 from rclpy.validate_topic_name import validate_topic_name
 from sensor_msgs.msg import JointState
 
+from .backlog import Backlog
 from .foreign_encoding import as_plain, read_by_middleware
 from .publishers import message_type
 from .robot import Robot
@@ -24,12 +25,6 @@ from ..errors import MalformedMessageError, ParameterError, Reason
 from ..messages.base_motion import BaseSample, READERS
 from ..messages.joint_state import JointSample, JointStateDecoder
 from ..messages.wrench import read_wrench, WrenchSample
-
-LONGEST = 5e-4
-"""For so long [s] messages that wait are worked through before their outputs are published."""
-
-LOOK_EVERY = 7
-"""Where none wait, it is looked for some after so many messages: to find none costs a little."""
 
 Sample = TypeVar('Sample', JointSample, WrenchSample, BaseSample)
 
@@ -183,40 +178,43 @@ class JointInput(TopicInput[JointSample]):
 
     content = 'joint states'
 
-    def __init__(self, node: Node, topic: str, robots: Sequence[Robot]) -> None:
+    def __init__(self, node: Node, topic: str, robots: Sequence[Robot],
+                 backlog: Backlog | None = None) -> None:
         super().__init__(node, topic, robots)
         self._decoder = JointStateDecoder(read_by_middleware)
-        self._until_look = 0
+        self._backlog = Backlog() if backlog is None else backlog
+        self._backlog.queues.append(self)
 
     def receive(self, data: bytes) -> None:
-        """
-        Take a serialized message, and those that wait behind it; publish what they led to.
-
-        Every call of the middleware takes from the processor's caches what the next message
-        needs. So where messages wait they are all worked through before anything is published.
-        """
+        """Take a serialized message, and those that wait; publish what they led to."""
         try:
             self._take(data)
-            self._until_look -= 1
-            if self._until_look <= 0:
-                self._take_waiting()
+            self._backlog.work_off(self)
         finally:
-            for robot in self.robots:
-                robot.publish()
+            self._backlog.publish()
 
-    def _take_waiting(self) -> None:
-        """Take messages that wait; where there was one, look again with the next message."""
-        self._until_look = LOOK_EVERY
-        if not all(robot.has_one_stream for robot in self.robots):
-            return
+    def take_waiting(self, most: int, end: float) -> int:
+        """
+        Take messages that wait, at most so many and until a time [s]; return how many.
+
+        None where what they lead to depends on how they and those of other topics follow.
+        """
         subscription = self._subscription
-        end = perf_counter() + LONGEST
-        while subscription is not None and perf_counter() < end:
+        if subscription is None or not all(robot.has_one_stream for robot in self.robots):
+            return 0
+        for count in range(most):
+            if perf_counter() > end:
+                return count
             found = subscription.handle.take_message(subscription.msg_type, True)
             if found is None:
-                break
-            self._until_look = 0
+                return count
             self._take(found[0])
+        return most
+
+    def publish(self) -> None:
+        """Publish what the messages taken have led to."""
+        for robot in self.robots:
+            robot.publish()
 
     def _wanted_type(self) -> Any:
         return JointState

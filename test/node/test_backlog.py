@@ -1,6 +1,6 @@
 # Copyright screw_kinematics contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Messages that wait for each other are worked through together, and lead to the same outputs."""
+"""Messages that wait are worked through together, and lead to the same outputs."""
 from geometry_msgs.msg import AccelStamped, TwistStamped
 import pytest
 import rclpy
@@ -9,9 +9,10 @@ from rclpy.experimental import EventsExecutor
 from rclpy.qos import QoSProfile
 from rclpy.serialization import serialize_message
 from screw_kinematics.errors import Reason
-from screw_kinematics.node import topic_inputs
+from screw_kinematics.node import backlog
 from screw_kinematics.node.parameters import NodeParameters
 from screw_kinematics.node.robot import Robot
+from screw_kinematics.node.topic_inputs import JointInput
 from screw_kinematics.node.worker import Worker
 from sensor_msgs.msg import JointState
 from support.rig import joint_state, PUMA, smooth_motion
@@ -29,25 +30,28 @@ def message(k):
 
 
 class Bed:
-    """A topic of two robots, driven by hand, and who listens to their outputs."""
+    """Two robots, driven by hand, of one topic or of two, and who listens to their outputs."""
 
-    def __init__(self, context, executor, namespace, **settings):
+    def __init__(self, context, executor, namespace, topics=('joints', 'joints'), **settings):
         self.node = rclpy.create_node('backlog', context=context, namespace=namespace)
         self.executor = executor(context=context)
         self.executor.add_node(self.node)
         parameters, self.worker = NodeParameters(self.node), Worker()
-        self.robots, self.outputs = [], {}
-        for name in ROBOTS:
+        self.robots, self.outputs, shared = [], {}, backlog.Backlog()
+        for name, topic in zip(ROBOTS, topics):
             parameters.declare_robot(name)
             self.robots.append(Robot(self.node, parameters.robot_settings(name, {
                 f'{name}.{key}': value for key, value in {
-                    'description': PUMA, 'joint_states_topic': ['joints'], **settings}.items()}),
+                    'description': PUMA, 'joint_states_topic': [topic], **settings}.items()}),
                 self.worker))
             for output, kind in ('twist', TwistStamped), ('accel', AccelStamped):
                 self.listen(f'{name}/{output}', kind)
-        self.input = topic_inputs.JointInput(
-            self.node, self.node.resolve_topic_name('joints'), self.robots)
-        self.publisher = self.node.create_publisher(JointState, 'joints', KEEP)
+        self.inputs = [JointInput(
+            self.node, self.node.resolve_topic_name(topic),
+            [robot for robot, of in zip(self.robots, topics) if of == topic], shared)
+            for topic in dict.fromkeys(topics)]
+        self.publishers = [self.node.create_publisher(JointState, each.topic, KEEP)
+                           for each in self.inputs]
 
     def listen(self, topic, kind):
         """Collect the bytes of a topic."""
@@ -65,12 +69,13 @@ class Bed:
         for robot in self.robots:
             robot.load_from_parameter()
         wait_until(serving)
-        self.input.open()
-        wait_until(lambda: self.publisher.get_subscription_count() == 1)
+        for each in self.inputs:
+            each.open()
+        wait_until(lambda: all(each.get_subscription_count() == 1 for each in self.publishers))
 
     def work(self, wait_until, received):
         """Work until so many messages were received and each output came that is due."""
-        wait_until(lambda: self.input.received >= received and all(
+        wait_until(lambda: min(each.received for each in self.inputs) >= received and all(
             len(outputs) == robot.account.outputs for robot in self.robots
             for topic, outputs in self.outputs.items() if topic.startswith(robot.name)),
             poll=lambda: self.executor.spin_once(0.05))
@@ -99,12 +104,13 @@ def publish(bed, numbers, malformed=()):
     """Publish messages by number, bytes that are no joint state in place of some."""
     for k in numbers:
         # Plain CDR that says that there are far more names than bytes.
-        bed.publisher.publish(
-            message(k)[:12] + b'\xff' * 8 if k in malformed else message(k))
+        for publisher in bed.publishers:
+            publisher.publish(message(k)[:12] + b'\xff' * 8 if k in malformed else message(k))
 
 
-def test_a_backlog_leads_to_what_single_messages_lead_to(make_bed, wait_until):
-    one_by_one, at_once = make_bed(), make_bed()
+@pytest.mark.parametrize('topics', [('joints', 'joints'), ('left', 'right')])
+def test_a_backlog_leads_to_what_single_messages_lead_to(make_bed, wait_until, topics):
+    one_by_one, at_once = make_bed(topics=topics), make_bed(topics=topics)
     one_by_one.begin(wait_until)
     for k in range(COUNT):
         publish(one_by_one, [k])
@@ -113,7 +119,7 @@ def test_a_backlog_leads_to_what_single_messages_lead_to(make_bed, wait_until):
     publish(at_once, range(COUNT))
     at_once.work(wait_until, COUNT)
     for bed in one_by_one, at_once:
-        assert bed.input.received == COUNT
+        assert [each.received for each in bed.inputs] == [COUNT] * len(bed.inputs)
         assert all(len(outputs) > COUNT // 2 for outputs in bed.outputs.values())
     assert at_once.outputs == one_by_one.outputs
     for a, b in zip(one_by_one.robots, at_once.robots):
@@ -139,35 +145,45 @@ def test_what_is_wrong_with_one_message_does_not_reach_the_others(
     monkeypatch.setattr(faulty.pipeline, 'take', fail_at_20)
     monkeypatch.setattr(good.publishers, 'publish', fail_at_30)
     publish(bed, range(COUNT), malformed={10})
-    wait_until(lambda: bed.input.received == COUNT
+    of_both, = bed.inputs
+    wait_until(lambda: of_both.received == COUNT
                and len(bed.outputs['left/twist']) == faulty.account.outputs
                and len(bed.outputs['right/twist']) == good.account.outputs - 1,
                poll=lambda: bed.executor.spin_once(0.05))
-    assert bed.input.refused == {Reason.MALFORMED: 1}
+    assert of_both.refused == {Reason.MALFORMED: 1}
     assert (faulty.account.received, good.account.received) == (COUNT - 1, COUNT - 1)
     assert faulty.account.refused == {Reason.INTERNAL_ERROR: 1}
     assert (faulty.account.outputs, good.account.outputs) == (COUNT - 2, COUNT - 1)
 
 
+@pytest.mark.parametrize('topics', [('joints', 'joints'), ('left', 'right')])
 @pytest.mark.parametrize('settings, together', [
     ({}, True),
     # What is measured beside comes in the order in which it was sent.
     ({'joint_states_topic': ['joints', 'gripper']}, False),
     ({'base_motion_topic': 'odom'}, False)])
-def test_waiting_messages_of_one_stream_are_published_together(
-        make_bed, wait_until, monkeypatch, settings, together):
-    bed = make_bed(velocity_source='measured', outputs=['twist', 'accel'], **settings)
+def test_waiting_messages_of_single_streams_are_published_together(
+        make_bed, wait_until, monkeypatch, topics, settings, together):
+    bed = make_bed(topics=topics, velocity_source='measured', **settings)
     bed.begin(wait_until)
-    monkeypatch.setattr(topic_inputs, 'LONGEST', 60.0)      # this process may stand still
-    taken, published = [], []
-    take, publish_all = bed.input._take, bed.robots[0].publish
-    monkeypatch.setattr(bed.input, '_take', lambda data: (taken.append(1), take(data)))
+    monkeypatch.setattr(backlog, 'LONGEST', 60.0)       # this process may stand still
+    taken, published = 0, []
+    for each in bed.inputs:
+        def counted(data, take=each._take):
+            nonlocal taken
+            taken += 1
+            take(data)
+        monkeypatch.setattr(each, '_take', counted)
+    publish_all = bed.robots[0].publish
     monkeypatch.setattr(bed.robots[0], 'publish', lambda: (
-        published.append(len(taken)), publish_all()))
+        published.append(taken), publish_all()))
     publish(bed, range(COUNT))
-    wait_until(lambda: bed.input.received == COUNT, poll=lambda: bed.executor.spin_once(0.05))
-    assert published[-1] == COUNT
+    count = COUNT * len(bed.inputs)
+    wait_until(lambda: taken == count and published[-1] == count,
+               poll=lambda: bed.executor.spin_once(0.05))
     if together:
-        assert len(published) < COUNT
+        # No more of a topic than a usual listener's queue holds.
+        steps = [after - before for before, after in zip([0, *published], published)]
+        assert max(steps) <= backlog.MOST * len(bed.inputs) and len(steps) < COUNT
     else:
-        assert published == list(range(1, COUNT + 1))
+        assert published == list(range(1, count + 1))
