@@ -2,12 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 from .gains cimport Gains
 
-cdef double DENSEST, EVIDENCE, LEAST, SPARSE, TIME_UNIT, WINDOW
+cdef double AROUND, DENSEST, LEAST, SPARSE, TIME_UNIT, WORTH
 
 
 cdef class IntervalSmoother:
     cdef Py_ssize_t m, n
-    cdef double wide
+    cdef double wide, steep
     cdef Gains gains
     cdef double[::1] scale, times
     cdef double[:, ::1] p           # predicted covariances, (N, 10 M)
@@ -15,13 +15,12 @@ cdef class IntervalSmoother:
     cdef double[:, ::1] s           # variances of the innovations, (N, M)
     cdef double[:, ::1] alone       # information of the others about a sample, (N, M)
     cdef double[:, ::1] spread      # smoothed variances, (N, 4 M)
-    cdef double[:, ::1] logs        # mean logarithm of s around each sample, (N, M)
+    cdef double[:, ::1] logs        # what of a score the times tell, summed around each, (N, M)
     cdef double[::1] span           # samples in the window around each
     cdef double[::1] keep           # share of the window that is left from one to the next
     cdef double[:, ::1] x           # states, (N, 4 M)
     cdef double[:, ::1] error       # innovations, then what each is without itself, (N, M)
     cdef double[:, ::1] mean, before
-    cdef double[:, ::1] left        # as `mean`, of what each sample is without itself
     cdef double[::1] weight
     cdef double[:, ::1] work
 
@@ -31,6 +30,5 @@ cdef class IntervalSmoother:
     cdef void backward(self) noexcept
     cdef void spread_of(self, Py_ssize_t i, Py_ssize_t k, double[:, ::1] p,
                         double[:, ::1] f) noexcept
-    cdef void bound_start(self) noexcept
     cdef void mix(self, Py_ssize_t i, double floor, double[:, ::1] state,
                   double[:, ::1] variance, double[:, ::1] rest) noexcept

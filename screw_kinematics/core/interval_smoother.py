@@ -3,15 +3,18 @@
 # Copyright screw_kinematics contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-Fixed-interval smoothing by integrated-Wiener filters of many bandwidths, weighed by likelihood.
+Fixed-interval smoothing by integrated-Wiener filters, weighed by leaving each sample out.
 
+How well a filter predicts says little of how well it smooths: of a motion that is slower than its
+bandwidth by a factor it misses the 4th power of that ahead, and the 8th with both sides in view.
 As in the bank, the unit of covariances is the unknown variance of the noise, so that they depend
 on the times alone: they are found once (`plan`), and serve all signals (`smooth`).
 
 References
 ----------
 G. J. Bierman, "Fixed interval smoothing with discrete measurements", Int. J. Control 18 (1973)
-65-75.
+65-75. P. De Jong, "A cross-validation filter for time series models", Biometrika 75 (1988)
+594-600.
 
 """
 
@@ -24,15 +27,18 @@ try:
 except ImportError:
     from . import uncompiled as cython
 from .gains import Gains
-from .tables import (
-    DENSEST, EVIDENCE, LEAST, row, SCALE, SPARSE, table, TIME_UNIT, WINDOW, zeros)
+from .tables import DENSEST, LEAST, row, SCALE, SPARSE, table, TIME_UNIT, zeros
 if cython.compiled:
     from cython.cimports.libc.math import exp, log, sqrt
 else:
     from math import exp, log, sqrt
 
-REMEMBERED = cython.declare(cython.double, 0.3)
-"""For how long a filter remembers, in periods of its bandwidth."""
+AROUND = cython.declare(cython.double, 0.2)
+"""How far to either side filters are weighed by what they tell, s: that fades by e over it."""
+
+WORTH = cython.declare(cython.double, 0.4)
+"""What a score is worth as evidence: neighbours' errors are alike, and none of the bandwidths may
+be the right one, so that a mean of two is."""
 
 PRIOR = (100.0, 2e7, 1.5e8, 3e9)
 """Deviations of the state before the first sample, in units of the noise, per s ..."""
@@ -49,14 +55,16 @@ class IntervalSmoother:
     ----------
     bandwidths:
         Of the filters, all of order 4 [Hz].
-    wide:
-        Handicap of wide filters: what the logarithm of the innovation's variance counts more.
+    wide, steep:
+        Handicap of wide filters: what the logarithm of the innovation's variance counts beside,
+        and its square, that by how dense samples are; the first decides among filters that are
+        narrow beside the rate, the second among wide ones, where noise is coloured.
 
     """
 
-    def __init__(self, bandwidths: Sequence, wide: float) -> None:
+    def __init__(self, bandwidths: Sequence, wide: float, steep: float) -> None:
         self.gains = Gains([(4, f) for f in bandwidths])
-        self.m, self.wide, self.n = self.gains.m, wide, 0
+        self.m, self.wide, self.steep, self.n = self.gains.m, wide, steep, 0
         self.scale, self.weight, self.work = row(SCALE), zeros(self.m), table(10, self.m)
 
     def plan(self, times: cython.double[::1]) -> None:
@@ -70,12 +78,12 @@ class IntervalSmoother:
         self.p, self.gain, self.s = table(n, 10 * m), table(n, 4 * m), table(n, m)
         self.alone, self.spread, self.logs = table(n, m), table(n, 4 * m), table(n, m)
         self.x, self.error, self.mean = table(n, 4 * m), table(n, m), table(n, m)
-        self.before, self.left = table(n, m), table(n, m)
+        self.before = table(n, m)
         self.span, self.keep = zeros(n), zeros(n)
         period: cython.double = (times[n - 1] - times[0]) / (n - 1)
         dense: cython.double = SPARSE / period
         dense = dense if dense < DENSEST else DENSEST
-        wide: cython.double = self.wide * dense
+        steep: cython.double = self.steep * dense
         far: cython.double = 1.0
         for i in range(1, n):
             far = max(far, (times[i] - times[i - 1]) / TIME_UNIT)
@@ -83,16 +91,17 @@ class IntervalSmoother:
                               for a, deviation in enumerate(PRIOR)]))
         for i in range(n):
             if i:
-                self.keep[i] = exp(-(times[i] - times[i - 1]) / WINDOW)
+                self.keep[i] = exp(-(times[i] - times[i - 1]) / AROUND)
                 self.gains.predict(times[i] - times[i - 1], period)
             self.gains.update()
             self.remember(i)
+        self.backward()
+        for i in range(n):
             for k in range(m):
-                self.logs[i, k] = (1.0 + wide) * log(self.s[i, k])
-            self.span[i] = 1.0
+                own: cython.double = log(self.s[i, k])
+                self.logs[i, k] = own * (self.wide + steep * own) - log(self.alone[i, k])
         self.around(self.logs)
         self.count()
-        self.backward()
 
     def remember(self, i: cython.Py_ssize_t) -> None:
         """Remember gains, and the covariances that they are of."""
@@ -188,7 +197,8 @@ class IntervalSmoother:
                 b2: cython.double = g0 * a02 + g1 * f12 + g2 * f22 + g3 * f23
                 b3: cython.double = g0 * a03 + g1 * f13 + g2 * f23 + g3 * f33
                 both: cython.double = g0 * b0 + g1 * b1 + g2 * b2 + g3 * b3
-                self.alone[i, k] = 1.0 / self.s[i, k] + both
+                # After a long pause rounding is all that is left of `both`.
+                self.alone[i, k] = 1.0 / self.s[i, k] + (both if both > 0.0 else 0.0)
                 f[0, k] = f00 - 2.0 * b0 + both + 1.0 / self.s[i, k]
                 f[1, k] = a01 - b1
                 f[2, k] = a02 - b2
@@ -261,12 +271,10 @@ class IntervalSmoother:
                 x[i, k], x[i, m + k] = x0, x1
                 x[i, 2 * m + k], x[i, 3 * m + k] = x2, x3
                 self.error[i, k] = e
-                self.mean[i, k] = e * e / self.s[i, k]
                 w[0, k] = x0 + g[i, k] * e
                 w[1, k] = x1 + g[i, m + k] * e
                 w[2, k] = x2 + g[i, 2 * m + k] * e
                 w[3, k] = x3 + g[i, 3 * m + k] * e
-        self.around(self.mean)
         for k in range(m):
             for a in range(4):
                 w[a, k] = 0.0
@@ -284,6 +292,7 @@ class IntervalSmoother:
                 says: cython.double = self.error[i, k] / self.s[i, k] - (
                     g[i, k] * l0 + g[i, m + k] * l1 + g[i, 2 * m + k] * l2 + g[i, 3 * m + k] * l3)
                 self.error[i, k] = says / self.alone[i, k]
+                self.mean[i, k] = says * self.error[i, k]
                 l0 += says
                 w[0, k], w[1, k], w[2, k], w[3, k] = l0, l1, l2, l3
                 x[i, k] += (p[i, k] * l0 + p[i, m + k] * l1 + p[i, 2 * m + k] * l2
@@ -294,36 +303,14 @@ class IntervalSmoother:
                                     + p[i, 7 * m + k] * l2 + p[i, 8 * m + k] * l3)
                 x[i, 3 * m + k] += (p[i, 3 * m + k] * l0 + p[i, 6 * m + k] * l1
                                     + p[i, 8 * m + k] * l2 + p[i, 9 * m + k] * l3)
-        self.bound_start()
+        self.around(self.mean)
         for i in range(n):
             self.mix(i, floor, state, variance, rest)
             state[0, i] += start
 
-    def bound_start(self) -> None:
-        """
-        Let filters fit the start no better than all other samples foretell each of its samples.
-
-        For as long as a filter remembers, its free state would fit the start whatever comes later.
-        """
-        i: cython.Py_ssize_t
-        k: cython.Py_ssize_t
-        n: cython.Py_ssize_t = self.n
-        left: cython.double[:, ::1] = self.left
-        for i in range(n):
-            for k in range(self.m):
-                left[i, k] = self.error[i, k] * self.error[i, k] * self.alone[i, k]
-        self.around(left)
-        for k in range(self.m):
-            memory: cython.double = REMEMBERED / (
-                sqrt(sqrt(sqrt(self.gains.power[k]))) / 6.283185307179586)
-            i = 0
-            while i < n - 1 and self.times[i] - self.times[0] < memory:
-                self.mean[i, k] = left[i, k]
-                i += 1
-
     def mix(self, i: cython.Py_ssize_t, floor: cython.double, state: cython.double[:, ::1],
             variance: cython.double[:, ::1], rest: cython.double[:, ::1]) -> None:
-        """Weigh the filters by how well they predicted the samples around one."""
+        """Weigh the filters by how well they tell each sample around one from all others."""
         k: cython.Py_ssize_t
         a: cython.Py_ssize_t
         m: cython.Py_ssize_t = self.m
@@ -337,7 +324,7 @@ class IntervalSmoother:
             w[k] = log(own + LEAST) + self.logs[i, k] / span
             best = w[k] if w[k] < best else best
         for k in range(m):
-            w[k] = exp(-0.5 * EVIDENCE * span * (w[k] - best))
+            w[k] = exp(-0.5 * WORTH * span * (w[k] - best))
             total += w[k]
         off: cython.double = 0.0
         expected: cython.double = 0.0

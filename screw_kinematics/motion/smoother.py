@@ -21,11 +21,11 @@ from .units import unit_doubts
 from ..core.interval_smoother import IntervalSmoother
 from ..errors import InvalidValueError, Reason, ShapeError
 
-BANDWIDTHS = tuple(0.1 * 1.8**k for k in range(14))
+BANDWIDTHS = tuple(0.1 * 1.65**k for k in range(16))
 """Bandwidths of the filters, Hz."""
 
-WIDE = 0.5
-"""Handicap of wide filters: what predicts best is too wide to smooth with."""
+WIDE, STEEP = 0.2, 0.26
+"""Handicap of wide filters: what tells positions best is too wide for derivatives."""
 
 OVERLAP = 2.0
 """How far a piece of a long run reaches into its neighbours, s; few filters remember more."""
@@ -249,7 +249,7 @@ def _smooth_run(run: _Run, stamps: Array, velocities: Array | None, state: Array
     # The latest reading at each sample's stamp, and how much later that is.
     latest = np.clip(np.searchsorted(times, instants, side='right') - 1, 0, len(times) - 1)
     onward = np.clip(instants - times[latest], -0.05, 0.05)
-    smoother = IntervalSmoother(BANDWIDTHS, WIDE)
+    smoother = IntervalSmoother(BANDWIDTHS, WIDE, STEEP)
     for begin, core, end, after in _pieces(times):
         smoother.plan(np.ascontiguousarray(times[begin:after]))
         rows = np.flatnonzero((latest >= core) & (latest < end))

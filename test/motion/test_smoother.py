@@ -161,3 +161,35 @@ def test_one_jump_among_quiet_samples_is_still_refused():
     result = smooth(stamps, positions[:, None])
     assert not result.used[200]
     assert result.used.sum() == 399
+
+
+@pytest.mark.parametrize('noise', [1e-4, 1e-2, 1e-1])
+@pytest.mark.parametrize('rate', [50, 100, 500])
+def test_no_worse_than_online_at_any_delay(rate, noise):
+    """Of a single sine, velocity and acceleration; over several paces by a third and more."""
+    smoothed, online = [], []
+    for number, frequency in enumerate([0.31, 0.7, 1.0, 1.7, 2.3, 3.0]):
+        pulse = 2.0 * np.pi * frequency
+        stamps = np.arange(6 * rate) / rate
+        random = np.random.default_rng([number, rate])
+        phase = random.uniform(0.0, 2.0 * np.pi)
+        positions = np.sin(pulse * stamps + phase) + noise * random.normal(size=len(stamps))
+
+        def errors(at, velocity, acceleration):
+            inner = (at > 1.5) & (at < 4.5)
+            return (np.std((velocity - pulse * np.cos(pulse * at + phase))[inner]),
+                    np.std((acceleration + pulse**2 * np.sin(pulse * at + phase))[inner]))
+
+        result = smooth(stamps, positions[:, None])
+        smoothed.append(errors(result.stamps, result.velocity[:, 0], result.acceleration[:, 0]))
+        of_delays = []
+        for delay in (0.05, 0.1, 0.2):
+            estimator = MotionEstimator(1, delay=delay, max_velocity=1e5)
+            told = [m for m in map(estimator.update, stamps, positions[:, None]) if m is not None]
+            of_delays.append(errors(
+                np.array([m.stamp for m in told]), np.array([m.velocity[0] for m in told]),
+                np.array([m.acceleration[0] for m in told])))
+        online.append(np.min(of_delays, axis=0))
+    ratios = np.array(smoothed) / np.array(online)
+    assert ratios.max() < 1.0
+    assert (np.exp(np.mean(np.log(ratios), axis=0)) < 0.7).all()
