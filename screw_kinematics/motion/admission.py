@@ -23,6 +23,14 @@ START = 0.0
 LARGEST = 1e6
 """Positions beyond this (rad or m) cannot be differentiated in double precision."""
 
+AT_ONCE = 1e-4
+"""Messages closer than this, s, came at once: they had waited, and when they were read is not
+known before the device's clock is. The run begins with the last of them."""
+
+BORNE, WAITED = 8, 1000
+"""After the first messages of a run so many that come at once are borne, as drivers send bursts;
+who sends more of them again, or so many at a time, does so as a rule."""
+
 TURN = 2.0 * math.pi
 
 
@@ -86,6 +94,9 @@ class Admission:
         """Time that passes between readings at least, s, whatever late stamps say; 0: unknown."""
         self._slowest = min(self.max_velocity)
         self._shortest = 0.0
+        self.at_once = 0
+        """How many messages came at once, where the clock of the device is not known."""
+        self._borne = 0
         self._backward = 0
         self._implausible = 0
 
@@ -124,7 +135,9 @@ class Admission:
                 self.stamp = stamp
                 self._shortest += 1e-3 * (1e-3 * dt - self._shortest)
                 self._backward = self._implausible = 0
-                return dt
+                if self.period or not self._had_waited(dt):
+                    return dt
+                return START
         return self._judge(stamp, position, dt, shortest)
 
     def refuse(self, reason: Reason) -> Reason:
@@ -179,4 +192,17 @@ class Admission:
         self.stamp = stamp
         self._backward = self._implausible = 0
         self._shortest = 0.0
+        self.at_once = self._borne = 0
         return START
+
+    def _had_waited(self, dt: float) -> bool:
+        """Whether a message came at once with those before it, more of them than are borne."""
+        if dt < AT_ONCE:
+            self.at_once += 1
+            return self._borne < self.at_once < WAITED
+        if self._borne == 0:
+            self._borne = BORNE
+        elif self.at_once > self._borne:
+            self._borne = WAITED
+        self.at_once = 0
+        return False

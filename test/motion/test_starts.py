@@ -4,6 +4,8 @@
 import numpy as np
 import pytest
 from screw_kinematics.motion import MotionEstimator
+from support import stamping
+from support.motions import sines
 
 STEP = 1e-5
 
@@ -34,3 +36,27 @@ def test_rounded_positions_that_lie_on_a_line_make_no_estimate_certain(delay):
                 worst = max(worst, (sizes / deviations).max())
     assert estimator.restarts['gap'] == 39
     assert worst < 10.0
+
+
+@pytest.mark.parametrize('delay', [0.0, 0.02])
+@pytest.mark.parametrize('waited', [30, 100])
+@pytest.mark.parametrize('before', [0, 1, 5, 15])
+@pytest.mark.parametrize('rate', [250, 500, 1000])
+def test_messages_that_had_waited_tell_no_motion(rate, before, waited, delay):
+    """Stamped on arrival, those that a stall has held up come at once as the run begins."""
+    for seed in (1, 2):
+        of, rng = sines(seed, 4), np.random.default_rng(seed)
+        messages = stamping.on_arrival(
+            *stamping.device(of, rate, 1.0, seed), rng, 0.05 / rate)
+        stamps, end = messages.stamps.copy(), before + waited
+        stamps[before:end] = np.maximum(
+            stamps[before:end], stamps[end] - 1.5e-5 * np.arange(waited, 0, -1))
+        estimator, found = MotionEstimator(4, delay), []
+        for stamp, position in zip(stamps, messages.positions):
+            outcome = estimator.update(stamp, position)
+            if outcome is not None:
+                found.append((outcome.stamp, *outcome.acceleration))
+        instants, *accelerations = np.array(found).T
+        exact = of(instants)[2]
+        assert instants[0] < stamps[end] + 0.15
+        assert np.abs(np.transpose(accelerations) - exact).max() < np.abs(exact).max()
