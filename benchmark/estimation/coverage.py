@@ -66,9 +66,7 @@ def deviations(samples: Samples, truth: Any, delay: float,
     variance = np.array([np.diagonal(motion.covariance, axis1=1, axis2=2).T
                          for motion in motions])
     # What is claimed of the instant, as it moves the joints' velocities and accelerations.
-    error = np.array([motion.clock_error for motion in motions])[:, :, None, None]
-    together = np.stack([error[:, 0] * state[:, 1:], error[:, 1] * np.arange(3)[:, None]
-                         * state[:, :3]], axis=2)
+    together = np.array([motion.clock_error.of_state(motion.state) for motion in motions])
     q, v, a = min((truth(np.array(at) + offset)[:3] for offset in np.linspace(
         *offsets, OFFSETS if any(offsets) else 1)),
         key=lambda true: float(np.nanmean((state[:, 1] - true[1])**2)))
@@ -82,7 +80,7 @@ def deviations(samples: Samples, truth: Any, delay: float,
         jacobian = chain.jacobian(q)
         true, own = chain.state(q, v, a), chain.state(q, state[:, 1], state[:, 2])
         for order, what in ((1, QUANTITIES[2]), (2, QUANTITIES[3])):
-            common = together[:, order]
+            common = together[:, :, order]
             spread = np.einsum('kij,kj->ki', jacobian**2,
                                variance[:, order] - (common**2).sum(axis=1))
             spread += (np.einsum('kij,klj->kli', jacobian, common)**2).sum(axis=1)

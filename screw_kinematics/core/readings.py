@@ -198,7 +198,7 @@ def fill(row: cython.double[::1], values: Sequence[float]) -> cython.void:
     """
     j: cython.Py_ssize_t
     if len(values) != row.shape[0]:
-        raise ValueError(f'{len(values)} numbers for {row.shape[0]} joints')
+        raise ValueError(f'{len(values)} numbers where {row.shape[0]} belong')
     for j in range(row.shape[0]):
         row[j] = values[j]
 

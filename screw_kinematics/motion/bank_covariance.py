@@ -45,10 +45,8 @@ class BankCovariance(NamedTuple):
         for row, (i, j) in zip(rows, TRIANGLE):
             covariance[:, i, j] = covariance[:, j, i] = row
         if any(self.error):
-            state = np.array(self.values).reshape(4, -1).T
-            onward = np.column_stack([state[:, 1:], np.zeros(len(state))])
-            for along in (self.error.time * onward, self.error.rate * np.arange(4.0) * state):
-                covariance += along[:, :, None] * along[:, None, :]
+            along = self.error.of_state(np.array(self.values).reshape(4, -1))
+            covariance += np.einsum('kin,kjn->nij', along, along)
         return covariance
 
     def variances(self) -> list[float]:

@@ -7,6 +7,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
+import numpy as np
+from numpy.typing import NDArray
+
 
 class ClockError(NamedTuple):
     """
@@ -45,3 +48,26 @@ class ClockError(NamedTuple):
         if self.rate and order:
             found.append([order * self.rate * rate for rate in own])
         return found
+
+    def of_state(self, state: NDArray[np.float64]) -> NDArray[np.float64]:
+        """
+        Return the same of all orders, as arrays: nothing is next to the highest.
+
+        Parameters
+        ----------
+        state : array, shape (m, n)
+            Positions, velocities, ... of the joints.
+
+        Returns
+        -------
+        array, shape (2, m, n)
+            What joints err by as the instant does, and as the rate does.
+
+        """
+        onward = np.vstack([state[1:], np.zeros_like(state[:1])])
+        orders = np.arange(float(len(state)))[:, None]
+        return np.stack([self.time * onward, self.rate * orders * state])
+
+
+EXACT = ClockError()
+"""Of stamps that are right."""

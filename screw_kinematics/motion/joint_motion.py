@@ -12,12 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .bank_covariance import BankCovariance
-from .clock_error import ClockError
+from .clock_error import EXACT
 
 Array = NDArray[np.float64]
 CovarianceSource = Union[Callable[[], Array], BankCovariance, None]
-
-EXACT = ClockError()
 
 
 class JointMotion:

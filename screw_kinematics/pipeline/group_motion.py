@@ -18,8 +18,7 @@ from .joint_groups import LARGEST, Reading
 from .settings import MotionSettings
 from ..errors import Reason
 from ..motion import JointEstimator, JointMotion, make_estimator, MotionEstimator
-from ..motion.clock_error import ClockError
-from ..motion.joint_motion import EXACT
+from ..motion.clock_error import ClockError, EXACT
 
 MAX_BACK_NS = 500_000_000
 BACK_PATIENCE = 20
