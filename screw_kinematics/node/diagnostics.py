@@ -40,11 +40,13 @@ class Diagnostics:
     ----------
     node : rclpy.node.Node
         Whose name and namespace are in the reports, and which logs.
+    times_deaf : int
+        How often it has joined the middleware anew.
 
     """
 
-    def __init__(self, node: Node) -> None:
-        self._node = node
+    def __init__(self, node: Node, times_deaf: int = 0) -> None:
+        self._node, self._times_deaf = node, times_deaf
         self._reported: dict[str, RobotCounts] = {}
         self._unreadable: dict[str, int] = {}
         self._logged: Counter[str] = Counter()
@@ -167,6 +169,8 @@ class Diagnostics:
                                   'core': self._core.state}
         if self._stood[0]:
             values['stood still'] = f'{times(self._stood[0])}, for {self._stood[1]:.1f} s at most'
+        if self._times_deaf:
+            values['joined the middleware anew'] = times(self._times_deaf)
         for topic, each in inputs.items():
             values[f'{topic} publishers'] = each.publishers
             values[f'{topic} received'] = each.received

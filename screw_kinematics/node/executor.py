@@ -38,16 +38,16 @@ def make_executor(kind: str, context: Context) -> Executor:
 
 def spin(executor: Executor, stop: StopRequest) -> None:
     """
-    Run callbacks until a stop is requested or the middleware is shut down.
+    Run callbacks until a stop or a new beginning is requested, or the middleware is shut down.
 
     What comes out of a step is logged, and the next one begins: a message that the middleware
     cannot read must not end the node.
     """
-    executor.context.on_shutdown(stop.make)
+    executor.context.on_shutdown(stop.middleware_ended)
     # The events executor installs its own signal handlers when it is made.
     stop.take_signals()
     steps = _steps if isinstance(executor, SingleThreadedExecutor) else _long_steps
-    while not stop.made:
+    while not (stop.made or stop.again):
         try:
             steps(executor, stop)
         except ExternalShutdownException:
@@ -59,13 +59,13 @@ def spin(executor: Executor, stop: StopRequest) -> None:
 
 
 def _steps(executor: Executor, stop: StopRequest) -> None:
-    while not stop.made:
+    while not (stop.made or stop.again):
         executor.spin_once(STEP)
 
 
 def _long_steps(executor: Executor, stop: StopRequest) -> None:
     """Spin in steps of many events, which costs less than a step for each."""
-    while not stop.made:
+    while not (stop.made or stop.again):
         end = Future()
         # While messages keep coming a step outlasts its time: only its future ends it. The
         # executor sets it, as a signal may come in the middle of any work on the future.

@@ -10,10 +10,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 import sys
+from typing import TYPE_CHECKING
 
 # Nothing that takes long is imported before the signals are taken.
 from .stop_request import StopRequest
 from ..errors import InvalidValueError, MissingExtraError, ScrewKinematicsError
+
+if TYPE_CHECKING:
+    from .node import Before
 
 NAME = 'kinematic_state_publisher'
 
@@ -50,7 +54,7 @@ def main(args: Sequence[str] | None = None) -> int:
 
 def run(args: list[str], stop: StopRequest) -> None:
     """
-    Run the node until a stop is requested.
+    Run the node until a stop is requested; anew where the middleware has left it deaf.
 
     Raises
     ------
@@ -63,25 +67,46 @@ def run(args: list[str], stop: StopRequest) -> None:
     try:
         # Imported here, since it takes a while in which a signal may come, too.
         import rclpy
-        from rclpy.exceptions import ParameterException
-        from .executor import make_executor, spin
-        from .node import KinematicStatePublisher
+        from .node import Before
     except ImportError:
         raise MissingExtraError('rclpy', 'ros', 'running the node') from None
-    initialise(args)
-    try:
+    before = Before()
+    while not stop.made:
+        initialise(args)
         try:
-            node = KinematicStatePublisher()
-        except ParameterException as error:
-            # Those that are ROS's own, such as use_sim_time.
-            raise InvalidValueError(str(error)) from None
-        executor = make_executor(node.get_parameter('executor').value, node.context)
-        executor.add_node(node)
-        spin(executor, stop)
-        executor.shutdown()
-        node.destroy_node()
-    finally:
-        rclpy.try_shutdown()
+            before = live(before, stop)
+        finally:
+            rclpy.try_shutdown()
+        if not stop.again:
+            break
+        stop.again = False
+
+
+def live(before: Before, stop: StopRequest) -> Before:
+    """
+    Run one node, as far as one before it had come; return how far it has.
+
+    Raises
+    ------
+    ScrewKinematicsError
+        It cannot start as asked.
+
+    """
+    from rclpy.exceptions import ParameterException
+    from .executor import make_executor, spin
+    from .node import KinematicStatePublisher
+    try:
+        node = KinematicStatePublisher(before, stop.begin_again)
+    except ParameterException as error:
+        # Those that are ROS's own, such as use_sim_time.
+        raise InvalidValueError(str(error)) from None
+    executor = make_executor(node.get_parameter('executor').value, node.context)
+    executor.add_node(node)
+    spin(executor, stop)
+    executor.shutdown()
+    now = node.so_far()
+    node.destroy_node()
+    return now
 
 
 def initialise(args: list[str]) -> None:

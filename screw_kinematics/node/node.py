@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from dataclasses import dataclass
 from functools import partial
 from time import monotonic
 from typing import Any
@@ -20,6 +21,7 @@ from std_msgs.msg import String
 
 from .backlog import Backlog
 from .diagnostics import Diagnostics
+from .own_ports import OwnPorts
 from .parameters import as_values, NodeParameters
 from .requests import answer_always
 from .robot import Robot
@@ -31,11 +33,23 @@ HOUSEKEEPING_PERIOD = 0.1
 AWAITING_PERIOD, STARTING = 0.01, 2.0
 """Period [s] while work is under way, and in the first seconds, when listeners are found."""
 
+PORTS_PERIOD = 1.0
+"""Period [s] of looking after the ports of the middleware."""
+
 HOW_TO_CONFIGURE = (
     'names of robots, and a description for each, for example: --ros-args -p robots:=[arm] '
     '-p arm.description:=package://screw_kinematics/config/robots/puma560.yaml; or a file of '
     'parameters such as share/screw_kinematics/config/kinematic_states.yaml, which must be for '
     'this very node, or /**')
+
+
+@dataclass(frozen=True)
+class Before:
+    """What a node goes on from: another one of this process, which the middleware left deaf."""
+
+    parameters: tuple[Parameter, ...] = ()
+    state: str = 'unconfigured'
+    times_deaf: int = 0
 
 
 class KinematicStatePublisher(LifecycleNode):
@@ -47,6 +61,11 @@ class KinematicStatePublisher(LifecycleNode):
 
     Parameters
     ----------
+    before : Before, optional
+        What it goes on from.
+    begin_again : callable, optional
+        Called when the middleware has left the node deaf; another one, with another context, is
+        then to take its place.
     **options
         As for ``rclpy.node.Node``.
 
@@ -57,7 +76,11 @@ class KinematicStatePublisher(LifecycleNode):
 
     """
 
-    def __init__(self, **options: Any) -> None:
+    def __init__(self, before: Before | None = None,
+                 begin_again: Callable[[], None] | None = None, **options: Any) -> None:
+        self._before = before or Before()
+        if self._before.parameters:
+            options['parameter_overrides'] = list(self._before.parameters)
         super().__init__('kinematic_state_publisher', start_parameter_services=False, **options)
         self.robots: dict[str, Robot] = {}
         self.inputs: dict[str, TopicInput[Any]] = {}
@@ -68,9 +91,12 @@ class KinematicStatePublisher(LifecycleNode):
         self._worker = Worker()
         self._plans: dict[str, tuple[Any, Any]] = {}
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
-        self._diagnostics = Diagnostics(self)
+        self._diagnostics = Diagnostics(self, self._before.times_deaf)
+        self._begin_again, self._deaf = begin_again, False
+        self._ports = OwnPorts()
         try:
             self._start()
+            self._go_on(self._before.state)
         except ScrewKinematicsError:
             self.destroy_node()
             raise
@@ -90,6 +116,7 @@ class KinematicStatePublisher(LifecycleNode):
             JumpThreshold(min_forward=None, min_backward=Duration(nanoseconds=-1)),
             post_callback=self._clock_jumped)
         self._started = monotonic()
+        self.create_timer(PORTS_PERIOD, self._look_after_ports, clock=self._steady)
         self._house = self.create_timer(AWAITING_PERIOD, self._keep_house, clock=self._steady)
         self._report_timer = self.create_timer(1.0, self._publish_diagnostics, clock=self._steady)
         self._set_report_rate(settings.diagnostics_rate)
@@ -104,6 +131,22 @@ class KinematicStatePublisher(LifecycleNode):
                 if self.failure is not None:
                     raise self.failure
             self._starting = False
+
+    def _go_on(self, state: str) -> None:
+        """Become as another node was."""
+        if state in ('inactive', 'active') and self.state == 'unconfigured':
+            self.trigger_configure()
+        if state == 'active' and self.state == 'inactive':
+            self.trigger_activate()
+        if state == 'inactive' and self.state == 'active':
+            self.trigger_deactivate()
+
+    def so_far(self) -> Before:
+        """Return what another node in the place of this one is to go on from."""
+        return Before(tuple(
+            parameter for parameter in self._parameters.values()
+            if parameter.type_ is not Parameter.Type.NOT_SET),
+            self.state, self._before.times_deaf + self._deaf)
 
     # Life cycle
 
@@ -229,7 +272,7 @@ class KinematicStatePublisher(LifecycleNode):
             robot.close()
         self.robots.clear()
         # The robots of the next configuration count from zero.
-        self._diagnostics = Diagnostics(self)
+        self._diagnostics = Diagnostics(self, self._before.times_deaf)
 
     # At low rate
 
@@ -243,6 +286,16 @@ class KinematicStatePublisher(LifecycleNode):
             self._see_parameters()
         self._diagnostics.log_news(self.inputs, self.robots.values())
         self._pace_housekeeping()
+
+    def _look_after_ports(self) -> None:
+        ports = self._ports.deaf()
+        if ports and self._begin_again is not None and not self._deaf:
+            self._deaf = True
+            self.get_logger().error(
+                'deaf: Fast DDS listens to a port in shared memory that has been deleted '
+                f"({', '.join(ports)}), as may happen after the process stood still; the node "
+                'leaves the middleware and joins it anew')
+            self._begin_again()
 
     def _pace_housekeeping(self) -> None:
         """Look more often while something is awaited."""

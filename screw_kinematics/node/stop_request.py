@@ -20,6 +20,8 @@ class StopRequest:
     ----------
     made : bool
         Whether it was made.
+    again : bool
+        Whether what runs is to end and begin again, by :meth:`begin_again`.
     interrupt : callable or None
         Called when it is made, to end what takes long; it must be safe in a signal handler.
 
@@ -34,7 +36,7 @@ class StopRequest:
     """
 
     def __init__(self) -> None:
-        self.made = False
+        self.made = self.again = False
         self.interrupt: Callable[[], object] | None = None
         self._previous: dict[int, Callable[[int, FrameType | None], object] | int | None] = {}
 
@@ -43,6 +45,17 @@ class StopRequest:
         self.made = True
         if self.interrupt is not None:
             self.interrupt()
+
+    def begin_again(self) -> None:
+        """Ask for the end of what runs now, so that it begins again."""
+        self.again = True
+        if self.interrupt is not None:
+            self.interrupt()
+
+    def middleware_ended(self) -> None:
+        """Ask for the end, unless the middleware ends to begin again."""
+        if not self.again:
+            self.make()
 
     def take_signals(self) -> None:
         """Handle both signals here, whoever handled them until now."""

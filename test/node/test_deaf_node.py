@@ -1,0 +1,85 @@
+# Copyright screw_kinematics contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A node whose ports in shared memory were deleted joins the middleware anew."""
+import os
+from pathlib import Path
+import re
+
+from geometry_msgs.msg import TwistStamped
+import pytest
+from rcl_interfaces.srv import GetParameters
+from rclpy.qos import QoSProfile
+from screw_kinematics.node.own_ports import OwnPorts
+from sensor_msgs.msg import JointState
+from support.rig import joint_state, PUMA, running, smooth_motion
+
+JOINTS = [f'q{k}' for k in range(1, 7)]
+
+
+def own_ports(process):
+    """Return the ports in shared memory to which a process listens."""
+    ports = []
+    for link in Path(f'/proc/{process}/fd').iterdir():
+        if found := re.match(r'(/.*/fast(?:rtps|dds)_port\d+)_el$', os.readlink(link)):
+            ports.append(found[1])
+    return ports
+
+
+@pytest.mark.parametrize('executor', ['events', 'single_threaded'])
+def test_a_deaf_node_goes_on_where_it_was_and_says_so(context, tmp_path, executor):
+    parameters = {
+        'robots': ['arm'], 'diagnostics_rate': 10.0, 'executor': executor,
+        'arm': {'description': PUMA, 'velocity_source': 'measured', 'outputs': ['twist']}}
+    with running(context, tmp_path, parameters) as rig:
+        twists = rig.listen('/arm/twist', TwistStamped)
+        k = 0
+
+        def heard(publisher):
+            before = len(twists)
+
+            def send():
+                nonlocal k
+                k += 1
+                publisher.publish(joint_state(JOINTS, k * 2_000_000, *smooth_motion(6, k * 2e-3)))
+                return len(twists) > before
+            rig.wait(send)
+
+        heard(rig.publisher('/joint_states'))
+        assert rig.set_parameters(arm__stale_timeout=7.0).successful
+        ports = own_ports(rig.process.pid)
+        assert ports
+        for port in ports:      # as publishers do of a process that stood still
+            os.unlink(port)
+        rig.wait(lambda: 'joined the middleware anew' in rig.status('node')[2])
+        assert rig.process.poll() is None and 'deaf' in rig.log.read_text()
+        # One that comes now finds the node, which is as it was left.
+        heard(rig.node.create_publisher(JointState, '/joint_states', QoSProfile(depth=20)))
+        values = rig.call(GetParameters, 'get_parameters', GetParameters.Request(
+            names=['arm.stale_timeout'])).values
+        assert values[0].double_value == 7.0
+
+
+def test_a_port_that_is_opened_anew_is_heard(tmp_path, monkeypatch):
+    """Of what the system tells of a process; deaf is who holds a nameless port for a while."""
+    port, process = tmp_path / 'fastrtps_port7411', tmp_path / 'process'
+    port.write_text('')
+    (process / 'fd').mkdir(parents=True)
+    (process / 'fd' / '9').symlink_to(f'{port}_el')
+    now = [0.0]
+    monkeypatch.setattr('screw_kinematics.node.own_ports.monotonic', lambda: now[0])
+
+    def look(listens_to, seconds):
+        (process / 'maps').write_text(f'7f00-7f01 rw-s 0 00:1b 5   {listens_to}\n')
+        now[0] += seconds
+        return ports.deaf()
+
+    ports = OwnPorts(process)
+    assert look(port, 1.0) == []
+    port.rename(tmp_path / 'kept')      # so that the next one is another file
+    port.write_text('')
+    assert look(f'{port} (deleted)', 1.0) == []
+    assert look(port, 2.0) == []        # another one, opened in time
+    port.unlink()
+    assert look(f'{port} (deleted)', 1.0) == []
+    assert look(f'{port} (deleted)', 2.0) == [str(port)]
+    assert OwnPorts(tmp_path / 'nothing').deaf() == []
