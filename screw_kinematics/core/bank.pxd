@@ -11,7 +11,7 @@ from .steps cimport Pace, Steps
 from .travel cimport Travel
 from .velocity_trust cimport Fading, VelocityTrust
 
-cdef double DENSEST, FINEST, EVIDENCE, SPARSE, TIME_UNIT, WINDOW
+cdef double DENSEST, FINEST, EVIDENCE, NOTHING, SPARSE, TIME_UNIT, WINDOW
 
 cdef list in_a_row(double[:, ::1] t, Py_ssize_t first, Py_ssize_t end)
 
@@ -48,7 +48,7 @@ cdef class Bank:
 
     cdef VelocityTrust trust_in(self, Py_ssize_t j)
     cdef void handicap(self, double share) noexcept
-    cdef void prepare(self, Channel c, double share, double plausible, double half,
+    cdef void prepare(self, Channel c, double share, double possible, double half,
                       Py_ssize_t slot) noexcept
     cdef void fuse(self, VelocityTrust trust, Py_ssize_t j, double at, bint fresh,
                    bint spread) noexcept

@@ -20,7 +20,8 @@ from .gains import Gains
 from .mixture import Mixture
 from .spread import Spread
 from .steps import Pace, Steps
-from .tables import DENSEST, EVIDENCE, FINEST, row, SCALE, SPARSE, table, TIME_UNIT, WINDOW, zeros
+from .tables import (
+    DENSEST, EVIDENCE, FINEST, NOTHING, row, SCALE, SPARSE, table, TIME_UNIT, WINDOW, zeros)
 from .travel import Travel
 from .velocity_trust import Fading, VelocityTrust
 if cython.compiled:
@@ -47,9 +48,6 @@ FIRST_FUSED = cython.declare(cython.longlong, 30)
 
 LONGEST_MISSING = cython.declare(cython.int, 20)
 """Samples without velocities after which there are none."""
-
-NOTHING = cython.declare(cython.double, -37.0)
-"""Logarithm of a weight that is lost in the rounding of others."""
 
 NAN = cython.declare(cython.double, float('nan'))
 
@@ -159,7 +157,8 @@ class Bank:
             if self.steps.crowded(time - 1.25 * self.delay - dt):
                 self.make_room(2 * self.steps.size)
             slot = self.steps.remember(time, step)
-        jump: cython.double = PLAUSIBLE * dt if dt > SLOW and not self.delayed else 0.0
+        # With a delay what comes after the instant tells.
+        jump: cython.double = PLAUSIBLE * dt if not self.delayed else 0.0
         for j in range(self.n):
             parted: cython.double = self.trust_in(j).parted(
                 self.at[j], self.speed[j] * rate if measured and self.with_velocity else NAN, dt)
@@ -206,10 +205,11 @@ class Bank:
         self.evidence = -0.5 * EVIDENCE * self.span
         self.reach = exp(NOTHING / self.evidence)
 
-    def prepare(self, c: Channel, share: cython.double, plausible: cython.double,
+    def prepare(self, c: Channel, share: cython.double, possible: cython.double,
                 half: cython.double, slot: cython.Py_ssize_t) -> None:
         """Tell a channel of the step to its next sample."""
-        c.r, c.share, c.plausible = self.dt / TIME_UNIT, share, plausible
+        c.r, c.share, c.possible = self.dt / TIME_UNIT, share, possible
+        c.plausible = possible if self.dt > SLOW else 0.0
         c.evidence, c.reach = self.evidence, self.reach
         c.settling, c.slot, c.half = self.count <= FIRST_WAIT, slot, half
         c.determined, c.shaken = self.count > DETERMINED, self.pace.felt(self.time)

@@ -4,7 +4,7 @@ cimport cython
 
 from .gains cimport Gains
 
-cdef double LEAST
+cdef double EVIDENCE, LEAST, NOTHING
 
 
 @cython.final
@@ -21,6 +21,7 @@ cdef class Signal:
     cdef double noise
     cdef double least           # what mean squares count at least: noise of the encoder's steps
     cdef bint scores            # whether the latest sample tells of the filters
+    cdef double fresh           # samples that scores are worth at most since the motion jumped
     cdef double limit           # when the first of those that wait came: the limit, whether it was
     cdef bint taken             # taken, the step to it; the state without it
     cdef double step
@@ -58,7 +59,8 @@ cdef class Channel:
     cdef double share           # what it counts in forgetful means,
     cdef double evidence        # the power of mean squares that is their likelihood,
     cdef double reach           # and by how much they are larger where that is nothing
-    cdef double plausible       # a deviation that need not wait
+    cdef double possible        # a deviation that a joint can make,
+    cdef double plausible       # and that need not wait, where samples are far apart
     cdef double half            # half the step if these are velocities, else 0 [s]
     cdef bint settling          # whether none waits yet
     cdef bint determined        # whether it tells of the filters, not of the state alone

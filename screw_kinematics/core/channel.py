@@ -14,7 +14,7 @@ try:
 except ImportError:
     from . import uncompiled as cython
 from .gains import Gains
-from .tables import LEAST, table, zeros
+from .tables import EVIDENCE, LEAST, NOTHING, table, zeros
 if cython.compiled:
     from cython.cimports.libc.math import exp, fabs, floor, isfinite, log, sqrt
 else:
@@ -29,6 +29,12 @@ LONGEST_WAIT = cython.declare(cython.int, 3)
 CONFIRMED = cython.declare(cython.double, 0.75)
 """Share of what the velocity tells up to which it and the position may have come apart for both to
 say that the joint was pushed."""
+
+FRESH = cython.declare(cython.double, 2.0)
+ANEW = cython.declare(cython.double, 0.5)
+WILD = cython.declare(cython.double, 20.0)
+"""Samples that scores are worth when the motion has jumped, and how many more with each one since:
+those before tell of another motion. Jumps so many times larger than a joint makes are none."""
 
 EXACT = cython.declare(cython.double, 0.7)
 """Share of changes that are multiples of a step from which on it is an encoder's."""
@@ -49,6 +55,7 @@ class Signal:
         self.last = z
         self.pending = self.envelope = self.parted = self.since = 0.0
         self.waiting = 0
+        self.fresh = 1e6
 
     def step_of_encoder(self) -> cython.double:
         """Return the encoder's step; 0 if there seems to be none."""
@@ -296,6 +303,8 @@ class Channel:
             return False
         elif not u.taken:                                   # it was real
             self.correct(first, u.pending, u.waiting)
+            if self.plausible == 0.0 and fabs(u.pending) < WILD * self.possible:
+                u.fresh = FRESH
         u.waiting = 0
         size: cython.double = fabs(deviation)
         size = size if size < 3.0 * u.limit else 3.0 * u.limit
@@ -330,10 +339,16 @@ class Channel:
             own = ((own if own > u.least else u.least) + LEAST) * self.price[k]
             self.weight[first + k] = own
             best = own if own < best else best
+        evidence: cython.double = self.evidence
         worst: cython.double = best * self.reach
+        fresh: cython.double = -0.5 * EVIDENCE * u.fresh
+        u.fresh += ANEW
+        if fresh > evidence:
+            evidence = fresh
+            worst = best * exp(NOTHING / fresh)
         for k in range(first, first + self.m):
             own = self.weight[k]
-            own = exp(self.evidence * log(own / best)) if own < worst else 0.0
+            own = exp(evidence * log(own / best)) if own < worst else 0.0
             self.weight[k] = own
             total += own
         total = 1.0 / total

@@ -107,6 +107,23 @@ def test_a_push_that_position_and_velocity_agree_on_is_followed_at_once(late):
     assert error['both'] < 0.95 * error['position']
 
 
+@pytest.mark.parametrize('size', [18.0, 50.0])
+@pytest.mark.parametrize('rate', [600, 1000])
+def test_how_hard_a_joint_sets_off_is_not_overstated(rate, size):
+    """Scores of a joint at rest tell nothing of its motion: no filter is chosen by one sample."""
+    most = []
+    for seed in range(8):
+        rng = np.random.default_rng(seed)
+        stamps = np.arange(rate) / rate
+        since = stamps - 0.8 - rng.uniform(0.0, 1.0 / rate)
+        hard = np.clip(since, 0.0, 0.02)
+        positions = size * (0.5 * hard**2 + 0.02 * np.clip(since - 0.02, 0.0, None))
+        positions += 1e-6 * rng.normal(size=rate)
+        claimed, told = accelerations(stamps, positions[:, None])
+        most.append(np.abs(told[claimed > 0.79]).max() / size)
+    assert np.mean(most) < 1.35 and max(most) < 2.0
+
+
 @pytest.mark.parametrize('wrong', ['position', 'repeated', 'differenced', 'filtered'])
 @pytest.mark.parametrize('offset', [1e-3, -0.015])
 def test_one_odd_sample_is_no_push_whatever_the_velocity(offset, wrong):
