@@ -108,6 +108,8 @@ class TopicCheck(Collector):
         self.latest: tuple[float, float] = 0.0, 0.0
         """When the latest output came [s, monotonic], and its latency [s]."""
         self.last_base = 0
+        self.last_model = 0
+        """The model of the latest output that follows from one of them alone."""
         self._robot, self._output, self._sent = robot, output, sent
         self._delay = round(robot.delay * 1e9)
 
@@ -139,11 +141,13 @@ class TopicCheck(Collector):
     def _judge(self, stamps: np.ndarray, t: np.ndarray, values: np.ndarray,
                deviations: np.ndarray, which: np.ndarray | None, models: set[int],
                during: str) -> None:
-        best = np.full(len(t), np.inf)
-        for model in sorted(models if which is None else set(which.tolist())):
-            best = np.minimum(best, np.where(
-                True if which is None else which == model,
-                self._sizes(t, values, deviations, model), np.inf))
+        sizes = {model: np.where(True if which is None else which == model,
+                                 self._sizes(t, values, deviations, model), np.inf)
+                 for model in sorted(models if which is None else set(which.tolist()))}
+        best = np.minimum.reduce(list(sizes.values()))
+        follows = [model for model, size in sizes.items() if size[-1] <= FARTHEST]
+        if len(follows) == 1:
+            self.last_model, = follows
         tally = self.tally
         tally.judged += len(best)
         tally.squares += float((best.clip(0, 1e3)**2).sum())
