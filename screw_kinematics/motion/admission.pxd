@@ -3,7 +3,7 @@
 cimport cython
 
 cdef double LARGEST, TURN, AT_ONCE
-cdef long BORNE, WAITED
+cdef long BORNE, WAITED, BEGUN
 
 
 @cython.final
@@ -14,7 +14,7 @@ cdef class Admission:
     cdef public list max_velocity
     cdef public object wraps, refusals, restarts, position
     cdef double _slowest, _shortest
-    cdef long _backward, _implausible, _borne
+    cdef long _backward, _implausible, _borne, _apart
 
     @cython.locals(dt=double, shortest=double, passed=double)
     cpdef object admit(self, double stamp, object position)

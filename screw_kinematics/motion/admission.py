@@ -27,9 +27,10 @@ AT_ONCE = 1e-4
 """Messages closer than this, s, came at once: they had waited, and when they were read is not
 known before the device's clock is. The run begins with the last of them."""
 
-BORNE, WAITED = 8, 1000
+BORNE, WAITED, BEGUN = 8, 1000, 40
 """After the first messages of a run so many that come at once are borne, as drivers send bursts;
-who sends more of them again, or so many at a time, does so as a rule."""
+who sends more of them again, or so many at a time, does so as a rule. After as many that were
+apart as the last number says a run has begun for good."""
 
 TURN = 2.0 * math.pi
 
@@ -96,7 +97,7 @@ class Admission:
         self._shortest = 0.0
         self.at_once = 0
         """How many messages came at once, where the clock of the device is not known."""
-        self._borne = 0
+        self._borne = self._apart = 0
         self._backward = 0
         self._implausible = 0
 
@@ -192,7 +193,7 @@ class Admission:
         self.stamp = stamp
         self._backward = self._implausible = 0
         self._shortest = 0.0
-        self.at_once = self._borne = 0
+        self.at_once = self._borne = self._apart = 0
         return START
 
     def _had_waited(self, dt: float) -> bool:
@@ -200,9 +201,10 @@ class Admission:
         if dt < AT_ONCE:
             self.at_once += 1
             return self._borne < self.at_once < WAITED
-        if self._borne == 0:
+        self._apart += 1
+        if self._apart == 1:
             self._borne = BORNE
-        elif self.at_once > self._borne:
+        elif self.at_once > self._borne or self._apart > BEGUN:
             self._borne = WAITED
         self.at_once = 0
         return False

@@ -9,7 +9,7 @@ from .joint_motion cimport JointMotion
 from ..core.bank cimport Bank
 
 cdef double LONGEST_AGE, PERIODS, ONWARD, SHORTEST, PAUSE, JUMPS, RECENT
-cdef long SETTLED, FEW_AT_ONCE, FEW
+cdef long SETTLED, MOST_AT_ONCE
 
 
 cdef class MotionEstimator(JointEstimator):

@@ -39,8 +39,8 @@ JUMPS, RECENT = 3.0, 0.02
 """Jumps that no joint can do, of late, from which on samples are of more than one device: of the
 last 1 / `RECENT` samples, about. They tell no clock."""
 
-FEW_AT_ONCE = 2
-"""Messages at once from which on a run that is that short may be one that begins with a stall."""
+MOST_AT_ONCE = 2
+"""More messages than these at once, in a run that is that short, may be of a stall."""
 
 FEW = 100
 """Samples from which on velocities are judged."""
@@ -254,7 +254,7 @@ class MotionEstimator(JointEstimator):
         bank, wanted = self._bank, self.covariance_wanted
         early = self._settled < SHORTEST
         if (bank.count + 1 < self.min_samples
-                or early and FEW_AT_ONCE < self._admission.at_once < FEW
+                or early and not self._clock.period and self._admission.at_once > MOST_AT_ONCE
                 or bank.read(placed.instant - self.delay / placed.rate, placed.time is not None,
                              placed.rate, wanted or early)
                 or early and not bank.clear_of_noise()):

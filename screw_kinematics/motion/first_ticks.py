@@ -39,10 +39,9 @@ class FirstTicks:
 
     def add(self, stamp: float) -> TickCounter | None:
         """Add the stamp of a reading; return who counts on, once there are enough."""
-        self._stamps.append(stamp)
-        if len(self._stamps) < FIRST or stamp - self._stamps[-2] < FASTEST:
+        self._stamps = stamps = [*self._stamps[1 - FIRST:], stamp]
+        if len(stamps) < FIRST or stamp - stamps[-2] < FASTEST:
             return None
-        stamps = self._stamps = self._stamps[-FIRST:]
         steps = sorted(b - a for a, b in zip(stamps, stamps[1:]))
         period = steps[len(steps) // 2]
         pauses = [k for k in range(1, FIRST) if stamps[k] - stamps[k - 1] > PAUSE * period]

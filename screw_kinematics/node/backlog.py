@@ -44,6 +44,7 @@ class Backlog:
 
     def __init__(self) -> None:
         self.queues: list[Queue] = []
+        self._taken: list[Queue] = []
         self._until_look = 0
 
     def work_off(self, first: Queue) -> None:
@@ -55,13 +56,17 @@ class Backlog:
         start, looked, found = self.queues.index(first), 0, 0
         for queue in self.queues[start:] + self.queues[:start]:
             looked += 1
-            found += queue.take_waiting(MOST - (queue is first), end)
+            taken = queue.take_waiting(MOST - (queue is first), end)
+            if taken and queue is not first:
+                self._taken.append(queue)
+            found += taken
             if perf_counter() > end:
                 break
         # Of many queues few may have any.
         self._until_look = max(looked - found, 0 if found else LOOK_EVERY)
 
-    def publish(self) -> None:
-        """Publish what was taken."""
-        for queue in self.queues:
+    def publish(self, first: Queue) -> None:
+        """Publish what was taken, of this queue first."""
+        taken, self._taken = self._taken, []
+        for queue in (first, *taken):
             queue.publish()

@@ -4,8 +4,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
+import gc
 from time import monotonic
 from typing import Any
 
@@ -36,6 +37,10 @@ AWAITING_PERIOD, STARTING = 0.01, 2.0
 PORTS_PERIOD = 1.0
 """Period [s] of looking after the ports of the middleware."""
 
+LOOKS_BEFORE_OLD_GOES = 3
+"""After so many looks a node that was left deaf is let go of, and gives its ports back. Were that
+before the next one has joined, it would take the same ones, while others still know them."""
+
 HOW_TO_CONFIGURE = (
     'names of robots, and a description for each, for example: --ros-args -p robots:=[arm] '
     '-p arm.description:=package://screw_kinematics/config/robots/puma560.yaml; or a file of '
@@ -50,6 +55,8 @@ class Before:
     parameters: tuple[Parameter, ...] = ()
     state: str = 'unconfigured'
     times_deaf: int = 0
+    ports: frozenset[str] = frozenset()
+    node: object = None
 
 
 class KinematicStatePublisher(LifecycleNode):
@@ -93,7 +100,8 @@ class KinematicStatePublisher(LifecycleNode):
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._diagnostics = Diagnostics(self, self._before.times_deaf)
         self._begin_again, self._deaf = begin_again, False
-        self._ports = OwnPorts()
+        self._ports = OwnPorts(but_not=self._before.ports)
+        self._looks = 0
         try:
             self._start()
             self._go_on(self._before.state)
@@ -101,11 +109,12 @@ class KinematicStatePublisher(LifecycleNode):
             self.destroy_node()
             raise
         # Last of all: the first line that rclpy logs takes as long as finding publishers.
-        self._log_models()
+        if not self._before.parameters:
+            self._log_models()
         self._diagnostics.log_core()
 
     def _start(self) -> None:
-        self._settings = NodeParameters(self)
+        self._settings = NodeParameters(self, inherited=bool(self._before.parameters))
         self._settings.check_qos_overrides()
         settings = self._settings.node_settings()
         if settings.allow_remote_parameters:
@@ -124,8 +133,8 @@ class KinematicStatePublisher(LifecycleNode):
         self.add_post_set_parameters_callback(self._parameters_changed)
         for name in settings.robots:
             self._settings.declare_robot(name)
-        self._starting = settings.autostart
-        if settings.autostart:
+        self._starting = settings.autostart and not self._before.parameters
+        if self._starting:
             for transition in (self.trigger_configure, self.trigger_activate):
                 transition()
                 if self.failure is not None:
@@ -138,15 +147,15 @@ class KinematicStatePublisher(LifecycleNode):
             self.trigger_configure()
         if state == 'active' and self.state == 'inactive':
             self.trigger_activate()
-        if state == 'inactive' and self.state == 'active':
-            self.trigger_deactivate()
+        if state == 'finalized':
+            self.trigger_shutdown()
 
     def so_far(self) -> Before:
         """Return what another node in the place of this one is to go on from."""
         return Before(tuple(
             parameter for parameter in self._parameters.values()
             if parameter.type_ is not Parameter.Type.NOT_SET),
-            self.state, self._before.times_deaf + self._deaf)
+            self.state, self._before.times_deaf + self._deaf, self._ports.names, self)
 
     # Life cycle
 
@@ -288,6 +297,10 @@ class KinematicStatePublisher(LifecycleNode):
         self._pace_housekeeping()
 
     def _look_after_ports(self) -> None:
+        self._looks += 1
+        if self._looks == LOOKS_BEFORE_OLD_GOES and self._before.node is not None:
+            self._before = replace(self._before, node=None)
+            gc.collect()
         ports = self._ports.deaf()
         if ports and self._begin_again is not None and not self._deaf:
             self._deaf = True

@@ -9,6 +9,7 @@ that has no name any more: nothing arrives there, and nothing in the middleware 
 """
 from __future__ import annotations
 
+from collections.abc import Set
 from contextlib import suppress
 import os
 from pathlib import Path
@@ -18,7 +19,7 @@ from time import monotonic
 LASTING = 1.5
 """For how long a port must have had no name [s]: it takes a third of a second to open another."""
 
-LOCK = re.compile(r'(/.*/fast(?:rtps|dds)_port\d+)_el')
+LOCK = re.compile(r'(/.*/fast(?:rtps|dds)_port\d+)_el$')
 """File that a process keeps open while it alone listens to the port of that name."""
 
 
@@ -30,18 +31,23 @@ class OwnPorts:
     ----------
     process : Path
         What the system tells of the process.
+    but_not : set of str
+        Names of ports that are not looked after.
 
     """
 
-    def __init__(self, process: Path = Path('/proc/self')) -> None:
+    def __init__(self, process: Path = Path('/proc/self'),
+                 but_not: Set[str] = frozenset()) -> None:
         self._process = process
-        self._files = {port: _file(port) for port in self._names()}
+        self._files = {port: _file(port) for port in self._locked() - but_not}
         self._nameless: dict[str, float] = {}
 
     def deaf(self) -> list[str]:
         """Return ports that are listened to, and have had no name for a while."""
-        doubtful = {port for port, file in self._files.items() if _file(port) != file}
+        doubtful = {port for port, file in self._files.items()
+                    if not file or _file(port) != file}
         if doubtful:        # most often none: a look costs microseconds
+            doubtful &= self._locked()
             mapped = self._mapped()
             for port in doubtful & mapped:
                 self._files[port] = _file(port)     # made anew, and opened again
@@ -50,7 +56,12 @@ class OwnPorts:
         self._nameless = {port: self._nameless.get(port, now) for port in doubtful}
         return sorted(port for port, since in self._nameless.items() if now - since > LASTING)
 
-    def _names(self) -> set[str]:
+    @property
+    def names(self) -> frozenset[str]:
+        """Return the names of the ports that are looked after."""
+        return frozenset(self._files)
+
+    def _locked(self) -> set[str]:
         """Return the names of the ports that this process has locked."""
         names = set()
         with suppress(OSError):
@@ -63,7 +74,7 @@ class OwnPorts:
     def _mapped(self) -> set[str]:
         """Return the names of the files that are in this process's memory, and not deleted."""
         return {line.split(maxsplit=5)[5] for line in (
-            self._process / 'maps').read_text().splitlines()
+            self._process / 'maps').read_text(errors='replace').splitlines()
             if '/fast' in line and not line.endswith(' (deleted)')}
 
 

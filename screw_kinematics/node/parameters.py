@@ -41,11 +41,13 @@ class NodeParameters:
     ----------
     node : rclpy.node.Node
         Parameters are declared on it.
+    inherited : bool
+        Whether what was given are the parameters of a node before it.
 
     """
 
-    def __init__(self, node: Node) -> None:
-        self._node = node
+    def __init__(self, node: Node, inherited: bool = False) -> None:
+        self._node, self._inherited = node, inherited
         self._declared: dict[str, Setting] = {}
         for setting in NODE:
             self._declare('', setting)
@@ -135,7 +137,7 @@ class NodeParameters:
         later = tuple(f'{QOS}{topic}.' for topic in awaited)
         topics = [f'{QOS}{name}' for name in self._node.get_parameters_by_prefix(QOS[:-1])]
         sentences = []
-        for name in sorted(self._given()):
+        for name in () if self._inherited else sorted(self._given()):
             if not self._node.has_parameter(name) and not name.startswith(later):
                 known = topics if name.startswith(QOS) else self._declared
                 sentences.append(no_such_parameter(name, known))

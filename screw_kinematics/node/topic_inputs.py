@@ -191,16 +191,17 @@ class JointInput(TopicInput[JointSample]):
             self._take(data)
             self._backlog.work_off(self)
         finally:
-            self._backlog.publish()
+            self._backlog.publish(self)
 
     def take_waiting(self, most: int, end: float) -> int:
         """
         Take messages that wait, at most so many and until a time [s]; return how many.
 
-        None where what they lead to depends on how they and those of other topics follow.
+        Takes none where what they lead to depends on how they and those of other topics follow.
         """
         subscription = self._subscription
-        if subscription is None or not all(robot.has_one_stream for robot in self.robots):
+        if (subscription is None or self.unstamped
+                or not all(robot.has_one_stream for robot in self.robots)):
             return 0
         for count in range(most):
             if perf_counter() > end:

@@ -8,7 +8,9 @@ import re
 from geometry_msgs.msg import TwistStamped
 import pytest
 from rcl_interfaces.srv import GetParameters
+from rclpy.parameter import Parameter
 from rclpy.qos import QoSProfile
+from screw_kinematics.node.node import KinematicStatePublisher
 from screw_kinematics.node.own_ports import OwnPorts
 from sensor_msgs.msg import JointState
 from support.rig import joint_state, PUMA, running, smooth_motion
@@ -60,6 +62,24 @@ def test_a_deaf_node_goes_on_where_it_was_and_says_so(context, tmp_path, executo
         assert values[0].double_value == 7.0
 
 
+@pytest.mark.parametrize('transitions, state', [
+    ((), 'active'), (('deactivate',), 'inactive'), (('deactivate', 'cleanup'), 'unconfigured'),
+    (('shutdown',), 'finalized')])
+def test_the_next_node_is_in_the_state_of_the_one_before(context, transitions, state):
+    first = KinematicStatePublisher(context=context, parameter_overrides=[
+        Parameter('robots', value=['arm']), Parameter('arm.description', value=PUMA)])
+    for transition in transitions:
+        getattr(first, f'trigger_{transition}')()
+    before = first.so_far()
+    assert before.state == state
+    first.destroy_node()
+    second = KinematicStatePublisher(before, context=context)
+    assert second.state == state
+    assert second.get_parameter('arm.description').value == PUMA
+    assert not second.unknown_parameters
+    second.destroy_node()
+
+
 def test_a_port_that_is_opened_anew_is_heard(tmp_path, monkeypatch):
     """Of what the system tells of a process; deaf is who holds a nameless port for a while."""
     port, process = tmp_path / 'fastrtps_port7411', tmp_path / 'process'
@@ -83,4 +103,5 @@ def test_a_port_that_is_opened_anew_is_heard(tmp_path, monkeypatch):
     port.unlink()
     assert look(f'{port} (deleted)', 1.0) == []
     assert look(f'{port} (deleted)', 2.0) == [str(port)]
+    assert OwnPorts(process, {str(port)}).names == frozenset()
     assert OwnPorts(tmp_path / 'nothing').deaf() == []
