@@ -39,13 +39,13 @@ class OwnPorts:
     def __init__(self, process: Path = Path('/proc/self'),
                  but_not: Set[str] = frozenset()) -> None:
         self._process = process
-        self._files = {port: _file(port) for port in self._locked() - but_not}
+        # One that has no file from the start carries nothing that is missed.
+        self._files = {port: file for port in self._locked() - but_not if (file := _file(port))}
         self._nameless: dict[str, float] = {}
 
     def deaf(self) -> list[str]:
         """Return ports that are listened to, and have had no name for a while."""
-        doubtful = {port for port, file in self._files.items()
-                    if not file or _file(port) != file}
+        doubtful = {port for port, file in self._files.items() if _file(port) != file}
         if doubtful:        # most often none: a look costs microseconds
             doubtful &= self._locked()
             mapped = self._mapped()
