@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from screw_kinematics.motion import MotionEstimator
 from support import stamping
-from support.motions import sines
+from support.motions import run, sines
 
 STEP = 1e-5
 
@@ -25,9 +25,9 @@ def motion(t, n=6):
 def test_rounded_positions_that_lie_on_a_line_make_no_estimate_certain(delay):
     """A joint that moves by whole steps for a while has an error all the same."""
     estimator, worst = MotionEstimator(6, delay=delay), 0.0
-    for run in range(40):
+    for number in range(40):
         for k in range(60):
-            t = 0.46 * run + 1e-3 * k
+            t = 0.46 * number + 1e-3 * k
             found = estimator.update(t, np.round(motion(t)[0] / STEP) * STEP)
             if found is not None:
                 _, v, a = motion(t - delay)
@@ -51,12 +51,7 @@ def test_messages_that_had_waited_tell_no_motion(rate, before, waited, delay):
         stamps, end = messages.stamps.copy(), before + waited
         stamps[before:end] = np.maximum(
             stamps[before:end], stamps[end] - 1.5e-5 * np.arange(waited, 0, -1))
-        estimator, found = MotionEstimator(4, delay), []
-        for stamp, position in zip(stamps, messages.positions):
-            outcome = estimator.update(stamp, position)
-            if outcome is not None:
-                found.append((outcome.stamp, *outcome.acceleration))
-        instants, *accelerations = np.array(found).T
+        instants, states, _ = run(MotionEstimator(4, delay), stamps, messages.positions)
         exact = of(instants)[2]
         assert instants[0] < stamps[end] + 0.15
-        assert np.abs(np.transpose(accelerations) - exact).max() < np.abs(exact).max()
+        assert np.abs(states[:, 2] - exact).max() < np.abs(exact).max()

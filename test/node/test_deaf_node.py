@@ -3,7 +3,6 @@
 """A node whose ports in shared memory were deleted joins the middleware anew."""
 import os
 from pathlib import Path
-import re
 
 from geometry_msgs.msg import TwistStamped
 import pytest
@@ -16,15 +15,6 @@ from sensor_msgs.msg import JointState
 from support.rig import joint_state, PUMA, running, smooth_motion
 
 JOINTS = [f'q{k}' for k in range(1, 7)]
-
-
-def own_ports(process):
-    """Return the ports in shared memory to which a process listens."""
-    ports = []
-    for link in Path(f'/proc/{process}/fd').iterdir():
-        if found := re.match(r'(/.*/fast(?:rtps|dds)_port\d+)_el$', os.readlink(link)):
-            ports.append(found[1])
-    return ports
 
 
 @pytest.mark.parametrize('executor', ['events', 'single_threaded'])
@@ -48,7 +38,7 @@ def test_a_deaf_node_goes_on_where_it_was_and_says_so(context, tmp_path, executo
 
         heard(rig.publisher('/joint_states'))
         assert rig.set_parameters(arm__stale_timeout=7.0).successful
-        ports = own_ports(rig.process.pid)
+        ports = OwnPorts(Path(f'/proc/{rig.process.pid}')).names
         if not ports:
             pytest.skip('the middleware has no ports in shared memory')
         for port in ports:      # as publishers do of a process that stood still
