@@ -4,10 +4,10 @@
 Coverage-guided fuzzing of everything that reads bytes and numbers from others.
 
 Run from the root of the source tree, ``python -m benchmark.fuzz urdf --seconds 60``; needs
-``pip install atheris``. Whatever the bytes, a reader returns a result or raises an error
-of the package, within a second and 512 MB; the first input that breaks this rule stops the
-run with its traceback and is written to a file ``crash-...``. ``benchmark/sanitize.sh`` runs the
-fuzzers on a core that is built with sanitizers.
+``pip install atheris``, and what the tests need. Whatever the bytes, a reader returns a result or
+raises an error of the package, within a second and 512 MB (recordings: ``--memory 2000``); the
+first input that breaks this rule stops the run with its traceback and is written to a file
+``crash-...``. ``benchmark/sanitize.sh`` runs the fuzzers on a core that is built with sanitizers.
 """
 from __future__ import annotations
 
@@ -31,13 +31,21 @@ with atheris.instrument_imports(include=['screw_kinematics']):
     from screw_kinematics.core.interpreter import Interpreter
     from screw_kinematics.errors import ScrewKinematicsError
     from screw_kinematics.messages.joint_state import JointStateDecoder
+    from screw_kinematics.models import load
     from screw_kinematics.models.guarded_yaml import read_yaml
     from screw_kinematics.models.model_file import robot_from_data
     from screw_kinematics.models.urdf import load_urdf
     from screw_kinematics.motion import MotionEstimator
     from screw_kinematics.node.foreign_encoding import read_by_middleware
+    from screw_kinematics.pipeline.parameter_file import read_robots
+    from screw_kinematics.recordings.joint_table import TableFormat
+    from screw_kinematics.recordings.recording import Recording
+    from screw_kinematics.recordings.sources import opened
 
-ROBOTS = Path(__file__).parents[1] / 'config' / 'robots'
+from benchmark.recordings.recordings import JOINTS, write
+
+CONFIG = Path(__file__).parents[1] / 'config'
+ROBOTS = CONFIG / 'robots'
 
 URDF = b"""<?xml version="1.0"?>
 <robot name="r"><link name="a"/><link name="b"/><link name="c"><visual/></link>
@@ -45,6 +53,14 @@ URDF = b"""<?xml version="1.0"?>
 <origin xyz="1 2 3" rpy="0 1 2"/><axis xyz="0 0 1"/></joint>
 <joint name="k" type="prismatic"><parent link="b"/><child link="c"/>
 <mimic joint="j" multiplier="2" offset=".1"/></joint></robot>"""
+
+XACRO = b"""<?xml version="1.0"?>
+<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:arg name="length" default="2"/>
+<xacro:property name="l" value="$(arg length)"/><xacro:macro name="part" params="name *origin">
+<link name="${name}"/><joint name="j_${name}" type="revolute"><parent link="a"/>
+<child link="${name}"/><xacro:insert_block name="origin"/><axis xyz="0 0 1"/></joint></xacro:macro>
+<link name="a"/><xacro:if value="${l > 1}"><xacro:part name="b"><origin xyz="0 0 ${l/2}"/>
+</xacro:part></xacro:if></robot>"""
 
 # One joint 'q' in the frame '', position 1.0 and no velocity or effort.
 JOINT_STATE = bytes.fromhex(
@@ -60,6 +76,33 @@ def read_urdf(data: bytes) -> object:
 def read_model(data: bytes) -> object:
     """Read a model file."""
     return robot_from_data(read_yaml('fuzz', data), 'fuzz', 'fuzz')
+
+
+def from_file(ending: str, read: Callable[[Path], object]) -> Callable[[bytes], object]:
+    """Return a reader of bytes that puts them into a file."""
+    def through_file(data: bytes) -> object:
+        """Read bytes as a file."""
+        with tempfile.TemporaryDirectory(dir='/dev/shm') as folder:
+            file = Path(folder, 'fuzz').with_suffix(ending)
+            file.write_bytes(data)
+            return read(file)
+    return through_file
+
+
+def read_recording(file: Path) -> object:
+    """Read all joint states of a bag or a table."""
+    with opened(str(file), TableFormat()) as recording:
+        if isinstance(recording, Recording):
+            return list(recording.samples({'/joint_states'}))
+        return list(recording.samples(dict.fromkeys(JOINTS, 'revolute')))
+
+
+def recordings(form: str) -> list[bytes]:
+    """Return a recording of some samples."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = write(Path(folder), 0, 5, form)
+        return [file.read_bytes() for file in ([path] if path.is_file() else path.iterdir())
+                if file.suffix != '.yaml']
 
 
 def read_joint_state(data: bytes) -> object:
@@ -102,6 +145,14 @@ def estimate_motion(data: bytes) -> object:
 TARGETS: dict[str, tuple[Callable[[bytes], object], list[bytes]]] = {
     'urdf': (read_urdf, [URDF]),
     'model': (read_model, [path.read_bytes() for path in ROBOTS.glob('*.yaml')]),
+    'xacro': (from_file('.xacro', load), [XACRO]),
+    'parameters': (from_file('.yaml', read_robots),
+                   [path.read_bytes() for path in CONFIG.glob('*.yaml')]),
+    'mcap': (from_file('.mcap', read_recording), recordings('mcap') + recordings('mcap_zstd')),
+    'sqlite3': (from_file('.db3', read_recording), recordings('sqlite3')),
+    'ros1': (from_file('.bag', read_recording), recordings('ros1')),
+    'csv': (from_file('.csv', read_recording), recordings('csv')),
+    'parquet': (from_file('.parquet', read_recording), recordings('parquet')),
     'joint_state': (read_joint_state, [JOINT_STATE]),
     'program': (run_program, [bytes([4, 2, 1, 1]) + array('Q', [
         3, 1 << 16, 3 | 1 << 32 | 2 << 48, 5 | 1 << 16, 3 | 1 << 16 | 3 << 32]).tobytes()]),

@@ -141,31 +141,40 @@ class JointTable:
             raise ToolError(f'{self.path}: no rows')
 
     def _batches(self) -> Iterator[Any]:
-        """Yield Arrow tables of some thousand rows; stamps in text keep all their digits."""
+        """Yield Arrow tables of some thousand rows."""
         try:
             import pyarrow
-            from pyarrow import csv, parquet
         except ImportError:
             raise MissingExtraError('pyarrow', 'bag', 'reading tables') from None
         try:
-            if self.path.suffix == '.parquet':
-                yield from parquet.ParquetFile(self.path).iter_batches(16_384)
-                return
-            with pyarrow.input_stream(str(self.path), compression='detect') as stream:
-                start = stream.read(1 << 16).decode('utf-8-sig', errors='replace')
-            head = start.splitlines()[0] if start.strip() else ''
-            # Names have blanks too.
-            separator = max(',;\t' if {*head} & {*',;\t'} else ' ', key=head.count)
-            stamps = {name.strip(' "'): pyarrow.string() for name in head.split(separator)
-                      if name.strip(' "').lower() in _STAMPS
-                      or name.strip(' "') == self.stated.columns.get('stamp')}
-            with pyarrow.input_stream(str(self.path), compression='detect') as stream:
-                yield from csv.open_csv(
-                    stream, csv.ReadOptions(block_size=1 << 22),
-                    csv.ParseOptions(delimiter=separator),
-                    csv.ConvertOptions(column_types=stamps))
+            for batch in self._read():
+                batch.schema.names      # decodes them
+                yield batch
+        except UnicodeDecodeError:
+            raise ToolError(f'{self.path}: the names of its columns are not in UTF-8') from None
         except (pyarrow.ArrowException, OSError) as error:
             raise ToolError(f'{self.path}: {str(error).splitlines()[0]}') from None
+
+    def _read(self) -> Iterator[Any]:
+        """Yield what Arrow reads; stamps in text keep all their digits."""
+        import pyarrow
+        from pyarrow import csv, parquet
+        if self.path.suffix == '.parquet':
+            yield from parquet.ParquetFile(self.path).iter_batches(16_384)
+            return
+        with pyarrow.input_stream(str(self.path), compression='detect') as stream:
+            start = stream.read(1 << 16)
+        head = start.splitlines()[0].decode('utf-8-sig') if start.strip() else ''
+        # Names have blanks too.
+        separator = max(',;\t' if {*head} & {*',;\t'} else ' ', key=head.count)
+        stamps = {name.strip(' "'): pyarrow.string() for name in head.split(separator)
+                  if name.strip(' "').lower() in _STAMPS
+                  or name.strip(' "') == self.stated.columns.get('stamp')}
+        with pyarrow.input_stream(str(self.path), compression='detect') as stream:
+            yield from csv.open_csv(
+                stream, csv.ReadOptions(block_size=1 << 22),
+                csv.ParseOptions(delimiter=separator),
+                csv.ConvertOptions(column_types=stamps))
 
     def _match(self, batch: Any, joints: Sequence[str]) -> _Columns:
         """Return which columns are which."""
@@ -190,6 +199,10 @@ class JointTable:
                 f'{self.path}: no column for the position of {_listed(missing)}; seen: '
                 f'{_listed(there)}; name them by --columns {missing[0]}=COLUMN')
         velocity = [found.get(name + VELOCITY) for name in joints]
+        for column in [*stamp, *found.values()]:
+            if there.count(column) > 1:
+                raise ToolError(f'{self.path}: column {column!r} is there '
+                                f'{there.count(column)} times; rename all but one')
         return _Columns(stamp, tuple(found[name] for name in joints),
                         tuple(str(name) for name in velocity) if all(velocity) else ())
 

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 import shutil
 import sqlite3
@@ -13,6 +14,7 @@ from .storage import Connection, Message, plain, ros2_name
 
 _JOURNALS = ('-wal', '-journal')
 _STRIDES = 40
+_ERRORS = (sqlite3.Error, UnicodeDecodeError)      # whose texts hold bytes of broken files
 
 
 class SqliteFile:
@@ -39,13 +41,16 @@ class SqliteFile:
         self._database = self._open()
         try:
             for number, topic, kind, encoding in self._database.execute(
-                    'SELECT id, name, type, serialization_format FROM topics'):
+                    'SELECT id, name, type, serialization_format FROM topics '
+                    f'WHERE {_are("integer", "id")} '
+                    f'AND {_are("text", "name", "type", "serialization_format")}'):
                 self._topics[number] = topic, ros2_name(kind)
                 self.connections.append(Connection(topic, ros2_name(kind), encoding, None))
             first = self._database.execute(
-                'SELECT timestamp FROM messages ORDER BY id LIMIT 1').fetchone()
+                f'SELECT timestamp FROM messages WHERE {_are("integer", "timestamp")} '
+                'ORDER BY id LIMIT 1').fetchone()
             self.start = first[0] if first else 0
-        except sqlite3.Error as error:
+        except _ERRORS as error:
             self.damage.append(f'{path}: {error}')
 
     def close(self) -> None:
@@ -58,7 +63,8 @@ class SqliteFile:
         """Yield messages of some types, and topics unless None, in order of reception."""
         wanted = [number for number, (topic, kind) in self._topics.items()
                   if kind in kinds and (topics is None or topic in topics)]
-        among = f'topic_id IN ({", ".join(map(str, wanted))})'
+        among = (f'topic_id IN ({", ".join(map(str, wanted))}) '
+                 f'AND {_are("integer", "timestamp")} AND {_are("blob", "data")}')
         last = -2**63
         try:
             for number, received, data in self._database.execute(
@@ -66,7 +72,7 @@ class SqliteFile:
                     'ORDER BY timestamp, id'):
                 yield Message(*self._topics[number], received, plain(data))
                 last = received
-        except sqlite3.Error as error:
+        except _ERRORS as error:
             self.damage.append(f'{self.path}: {error}, from {last} ns on' if last > 0
                                else f'{self.path}: {error}')
             yield from self._beyond(among, last)
@@ -82,7 +88,7 @@ class SqliteFile:
                     yield Message(*self._topics[number], received, plain(data))
                     stride = 1
                 return
-            except sqlite3.Error:
+            except _ERRORS:
                 row += stride
                 stride *= 2
 
@@ -96,4 +102,11 @@ class SqliteFile:
                     shutil.copy(part, self._copy.name)
             file, mode = Path(self._copy.name, self.path.name), 'mode=rw'
         name = str(file.absolute()).replace('%', '%25').replace('?', '%3f').replace('#', '%23')
-        return sqlite3.connect(f'file:{name}?{mode}', uri=True)
+        database = sqlite3.connect(f'file:{name}?{mode}', uri=True)
+        database.text_factory = partial(str, encoding='utf-8', errors='replace')
+        return database
+
+
+def _are(kind: str, *columns: str) -> str:
+    """Return the condition that columns hold values of a type, which SQLite does not ensure."""
+    return ' AND '.join(f"typeof({column}) = '{kind}'" for column in columns)

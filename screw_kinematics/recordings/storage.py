@@ -71,8 +71,18 @@ def zstd() -> Any:
 
 
 def plain(data: bytes) -> bytes:
-    """Return a message that may be compressed by itself; one in CDR begins with a zero."""
-    return bytes(zstd().decompress(data)) if data[:4] == ZSTD_MAGIC else data
+    """
+    Return a message that may be compressed by itself; one in CDR begins with a zero.
+
+    One that cannot be unpacked stays as it is, for whoever decodes it to refuse.
+
+    """
+    if data[:4] != ZSTD_MAGIC:
+        return data
+    try:
+        return bytes(zstd().decompress(data))
+    except zstd().ZstdError:
+        return data
 
 
 def unpack_file(source: IO[bytes], target: IO[bytes]) -> None:

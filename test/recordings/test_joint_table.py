@@ -184,6 +184,25 @@ def test_no_table(content, ending, tmp_path, capsys):
     assert not (tmp_path / 'y.csv').exists()
 
 
+@pytest.mark.parametrize('ending', ['.csv', '.parquet'])
+def test_names_that_are_no_utf_8_or_there_twice(ending, tmp_path):
+    """The degree sign as Latin-1 has it, and a spreadsheet's column that was copied."""
+    stamps, q, _ = motion(50)
+    path = write(tmp_path / f'x{ending}', ['t', *BY_NAME], [stamps, *q.T.tolist()])
+    whole = path.read_bytes()
+    path.write_bytes(whole.replace(b'slide', b'slid\xb0'))
+    with pytest.raises(ToolError, match='the names of its columns are not in UTF-8'):
+        samples(path)
+    names = ['t', 'slide', *BY_NAME]
+    if ending == '.csv':
+        write(path, names, [stamps, stamps, *q.T.tolist()])
+    else:
+        parquet.write_table(pyarrow.Table.from_arrays(
+            [pyarrow.array(column) for column in [stamps, stamps, *q.T.tolist()]], names), path)
+    with pytest.raises(ToolError, match="column 'slide' is there 2 times; rename all but one"):
+        samples(path)
+
+
 def test_text_among_numbers(tmp_path):
     stamps, q, _ = motion(50)
     columns = [stamps, *q.T.tolist()]

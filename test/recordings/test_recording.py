@@ -9,6 +9,7 @@ import pytest
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
 import yaml
 
+from screw_kinematics.errors import MalformedMessageError
 from screw_kinematics.recordings.recording import description_in, JOINT_STATE, Recording, STRING
 from screw_kinematics.recordings.storage import zstd
 from screw_kinematics.tools.bag import main as bag
@@ -119,6 +120,39 @@ def test_compressed_bags(storage, mode, metadata, tmp_path):
     found, damage = stamps(path)
     assert found == expected(100)
     assert len(damage) == (not metadata)
+
+
+def test_messages_that_cannot_be_unpacked_are_refused_one_by_one(tmp_path):
+    messages = list(rec.samples(100))
+    messages[30] = (*messages[30][:3], zstd().compress(messages[30][3])[:-9])
+    for storage in ('mcap', 'sqlite3'):
+        path = rec.write_bag(tmp_path / storage, messages, storage)
+        with Recording(path) as recording:
+            found = [sample for *_, sample in recording.samples({'/joint_states'})]
+        assert isinstance(found[30], MalformedMessageError)
+        assert [s.stamp_ns for s in found[:30] + found[31:]] == (
+            expected(100)[:30] + expected(100)[31:])
+
+
+@pytest.mark.parametrize('change', ["timestamp = 'noon'", 'data = 7'])
+def test_a_database_that_holds_other_types(change, tmp_path):
+    """SQLite ensures none; what a broken page holds is any."""
+    path = rec.write_bag(tmp_path / 'run', rec.samples(100), 'sqlite3')
+    edit(path, f'UPDATE messages SET {change} WHERE id = 7')
+    found, damage = stamps(path)
+    assert found == expected(100)[:6] + expected(100)[7:]
+    assert damage == [f'{path}: 1 of 100 messages on /joint_states are not there']
+    edit(path, "UPDATE topics SET name = CAST(X'2F88' AS TEXT)")
+    with Recording(path) as recording:
+        assert [connection.topic for connection in recording.connections] == ['/\ufffd']
+
+
+def edit(path, statement):
+    """Change the database of a recording."""
+    file, = path.glob('*.db3')
+    with sqlite3.connect(file) as database:
+        database.execute(statement)
+    database.close()
 
 
 def test_a_compressed_file_that_is_cut_off(tmp_path):
