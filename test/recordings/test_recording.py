@@ -136,7 +136,7 @@ def test_messages_that_cannot_be_unpacked_are_refused_one_by_one(tmp_path):
 
 @pytest.mark.parametrize('change', ["timestamp = 'noon'", 'data = 7'])
 def test_a_database_that_holds_other_types(change, tmp_path):
-    """SQLite ensures none; what a broken page holds is any."""
+    """A database does not ensure types; what a broken page holds is of any."""
     path = rec.write_bag(tmp_path / 'run', rec.samples(100), 'sqlite3')
     edit(path, f'UPDATE messages SET {change} WHERE id = 7')
     found, damage = stamps(path)
