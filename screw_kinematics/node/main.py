@@ -70,7 +70,7 @@ def run(args: list[str], stop: StopRequest) -> None:
         from .node import Before
     except ImportError:
         raise MissingExtraError('rclpy', 'ros', 'running the node') from None
-    before = Before()
+    before: Before | None = None
     while not stop.made:
         initialise(args)
         try:
@@ -82,7 +82,7 @@ def run(args: list[str], stop: StopRequest) -> None:
         stop.again = False
 
 
-def live(before: Before, stop: StopRequest) -> Before:
+def live(before: Before | None, stop: StopRequest) -> Before:
     """
     Run one node, as far as one before it had come; return how far it has.
 

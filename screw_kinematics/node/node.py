@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 import gc
 from time import monotonic
@@ -48,15 +48,15 @@ HOW_TO_CONFIGURE = (
     'this very node, or /**')
 
 
-@dataclass(frozen=True)
+@dataclass
 class Before:
     """What a node goes on from: another one of this process, which the middleware left deaf."""
 
-    parameters: tuple[Parameter, ...] = ()
-    state: str = 'unconfigured'
-    times_deaf: int = 0
-    ports: frozenset[str] = frozenset()
-    node: object = None
+    parameters: tuple[Parameter, ...]
+    state: str
+    times_deaf: int
+    ports: frozenset[str]
+    node: object
 
 
 class KinematicStatePublisher(LifecycleNode):
@@ -85,9 +85,9 @@ class KinematicStatePublisher(LifecycleNode):
 
     def __init__(self, before: Before | None = None,
                  begin_again: Callable[[], None] | None = None, **options: Any) -> None:
-        self._before = before or Before()
-        if self._before.parameters:
-            options['parameter_overrides'] = list(self._before.parameters)
+        self._before = before
+        if before is not None:
+            options['parameter_overrides'] = list(before.parameters)
         super().__init__('kinematic_state_publisher', start_parameter_services=False, **options)
         self.robots: dict[str, Robot] = {}
         self.inputs: dict[str, TopicInput[Any]] = {}
@@ -98,23 +98,25 @@ class KinematicStatePublisher(LifecycleNode):
         self._worker = Worker()
         self._plans: dict[str, tuple[Any, Any]] = {}
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
-        self._diagnostics = Diagnostics(self, self._before.times_deaf)
+        self._times_deaf = 0 if before is None else before.times_deaf
+        self._diagnostics = Diagnostics(self, self._times_deaf)
         self._begin_again, self._deaf = begin_again, False
-        self._ports = OwnPorts(but_not=self._before.ports)
+        self._ports = OwnPorts(but_not=frozenset() if before is None else before.ports)
         self._looks = 0
         try:
             self._start()
-            self._go_on(self._before.state)
+            if before is not None:
+                self._go_on(before.state)
         except ScrewKinematicsError:
             self.destroy_node()
             raise
         # Last of all: the first line that rclpy logs takes as long as finding publishers.
-        if not self._before.parameters:
+        if before is None:
             self._log_models()
         self._diagnostics.log_core()
 
     def _start(self) -> None:
-        self._settings = NodeParameters(self, inherited=bool(self._before.parameters))
+        self._settings = NodeParameters(self, inherited=self._before is not None)
         self._settings.check_qos_overrides()
         settings = self._settings.node_settings()
         if settings.allow_remote_parameters:
@@ -133,7 +135,7 @@ class KinematicStatePublisher(LifecycleNode):
         self.add_post_set_parameters_callback(self._parameters_changed)
         for name in settings.robots:
             self._settings.declare_robot(name)
-        self._starting = settings.autostart and not self._before.parameters
+        self._starting = settings.autostart and self._before is None
         if self._starting:
             for transition in (self.trigger_configure, self.trigger_activate):
                 transition()
@@ -155,7 +157,7 @@ class KinematicStatePublisher(LifecycleNode):
         return Before(tuple(
             parameter for parameter in self._parameters.values()
             if parameter.type_ is not Parameter.Type.NOT_SET),
-            self.state, self._before.times_deaf + self._deaf, self._ports.names, self)
+            self.state, self._times_deaf + self._deaf, self._ports.names, self)
 
     # Life cycle
 
@@ -281,7 +283,7 @@ class KinematicStatePublisher(LifecycleNode):
             robot.close()
         self.robots.clear()
         # The robots of the next configuration count from zero.
-        self._diagnostics = Diagnostics(self, self._before.times_deaf)
+        self._diagnostics = Diagnostics(self, self._times_deaf)
 
     # At low rate
 
@@ -298,8 +300,8 @@ class KinematicStatePublisher(LifecycleNode):
 
     def _look_after_ports(self) -> None:
         self._looks += 1
-        if self._looks == LOOKS_BEFORE_OLD_GOES and self._before.node is not None:
-            self._before = replace(self._before, node=None)
+        if self._looks == LOOKS_BEFORE_OLD_GOES and self._before is not None:
+            self._before.node = None
             gc.collect()
         ports = self._ports.deaf()
         if ports and self._begin_again is not None and not self._deaf:

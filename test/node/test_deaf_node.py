@@ -50,6 +50,9 @@ def test_a_deaf_node_goes_on_where_it_was_and_says_so(context, tmp_path, executo
         values = rig.call(GetParameters, 'get_parameters', GetParameters.Request(
             names=['arm.stale_timeout'])).values
         assert values[0].double_value == 7.0
+        # The one before it is let go of, and what it held of the middleware.
+        maps = Path(f'/proc/{rig.process.pid}/maps')
+        rig.wait(lambda: not any(f'{port} (deleted)' in maps.read_text() for port in ports))
 
 
 @pytest.mark.parametrize('transitions, state', [
