@@ -1,6 +1,12 @@
 # Copyright screw_kinematics contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Long files first, so that workers end together."""
+"""Texts are compiled once, and long files come first, so that workers end together."""
+import os
+import sys
+
+# The tests start some hundred processes; else each of them would compile the package anew.
+os.environ.pop('PYTHONDONTWRITEBYTECODE', None)
+sys.dont_write_bytecode = False
 
 LONG = ('test_packaging_installs.py', 'test_soak.py', 'test_mypy.py', 'test_demo.py',
         'test_live_clocks.py', 'test_live_imu.py', 'test_clock_offset.py', 'test_identify.py',
