@@ -125,13 +125,12 @@ def test_noisy_samples_from_the_start_on(pulse, noise):
     stamps = np.arange(800) * 0.01
     signal = np.sin(pulse * stamps) + 0.5 * np.sin(0.55 * pulse * stamps)
     positions = signal + noise * np.random.default_rng(0).normal(size=800)
-    estimator = MotionEstimator(1, delay=0.2, max_velocity=1000.0)
-    online = [m for m in map(estimator.update, stamps, positions[:, None]) if m is not None]
+    at, states, _ = run(MotionEstimator(1, delay=0.2, max_velocity=1000.0), stamps,
+                        positions[:, None])
     result = smooth(stamps, positions[:, None], max_velocity=1000.0)
-    at = np.array([m.stamp for m in online])
     truth = pulse * (np.cos(pulse * at) + 0.275 * np.cos(0.55 * pulse * at))
     smoothed = np.interp(at, result.stamps, result.velocity[:, 0]) - truth
-    assert np.std(smoothed) < np.std([float(m.velocity[0]) for m in online] - truth)
+    assert np.std(smoothed) < np.std(states[:, 1, 0] - truth)
 
 
 @pytest.mark.parametrize('noise', [1e-1, 1e-2])
@@ -145,12 +144,11 @@ def test_noise_is_plausible_by_default_and_is_smoothed_better_than_online(pulse,
         positions = signal + noise * np.random.default_rng(seed).normal(size=800)
         result = smooth(stamps, positions[:, None])
         assert result.used.mean() > 0.995
-        estimator = MotionEstimator(1, delay=0.2, max_velocity=1000.0)
-        told = [m for m in map(estimator.update, stamps, positions[:, None]) if m is not None]
-        at = np.array([m.stamp for m in told])
+        at, states, _ = run(MotionEstimator(1, delay=0.2, max_velocity=1000.0), stamps,
+                            positions[:, None])
         truth = pulse * (np.cos(pulse * at) + 0.275 * np.cos(0.55 * pulse * at))
         smoothed.append(np.std(np.interp(at, result.stamps, result.velocity[:, 0]) - truth))
-        online.append(np.std([float(m.velocity[0]) for m in told] - truth))
+        online.append(np.std(states[:, 1, 0] - truth))
     assert np.mean(smoothed) < 0.85 * np.mean(online)
 
 
@@ -184,11 +182,9 @@ def test_no_worse_than_online_at_any_delay(rate, noise):
         smoothed.append(errors(result.stamps, result.velocity[:, 0], result.acceleration[:, 0]))
         of_delays = []
         for delay in (0.05, 0.1, 0.2):
-            estimator = MotionEstimator(1, delay=delay, max_velocity=1e5)
-            told = [m for m in map(estimator.update, stamps, positions[:, None]) if m is not None]
-            of_delays.append(errors(
-                np.array([m.stamp for m in told]), np.array([m.velocity[0] for m in told]),
-                np.array([m.acceleration[0] for m in told])))
+            at, states, _ = run(MotionEstimator(1, delay=delay, max_velocity=1e5), stamps,
+                                positions[:, None])
+            of_delays.append(errors(at, states[:, 1, 0], states[:, 2, 0]))
         online.append(np.min(of_delays, axis=0))
     ratios = np.array(smoothed) / np.array(online)
     assert ratios.max() < 1.0
