@@ -20,14 +20,15 @@ BOUNDS = {(0.0, 0): WANTED, (0.0, 1): ((0.55, 0.85), (0.73, 0.98)),
 
 def sizes_of(estimator, motion, stamps, positions, velocities=None, settled=0.5):
     """Return errors of velocities and accelerations in stated deviations, (N, 2, n)."""
-    sizes = []
+    instants, states, variances = [], [], []
     for k, (stamp, position) in enumerate(zip(stamps.tolist(), positions)):
         found = estimator.update(stamp, position, None if velocities is None else velocities[k])
         if found is not None and found.stamp > settled:
-            true = motion(np.array([found.stamp]))[1:3, 0]
-            sizes.append(np.abs(found.state[1:3] - true)
-                         / np.sqrt(found.covariance[:, [1, 2], [1, 2]].T))
-    return np.array(sizes)
+            instants.append(found.stamp)
+            states.append(found.state[1:3])
+            variances.append(found.covariance[:, [1, 2], [1, 2]].T)
+    true = motion(np.array(instants))[1:3].swapaxes(0, 1)
+    return np.abs(np.array(states) - true) / np.sqrt(variances)
 
 
 def alike(noise, share):
