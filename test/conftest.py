@@ -1,6 +1,7 @@
 # Copyright screw_kinematics contributors
 # SPDX-License-Identifier: Apache-2.0
 """Texts are compiled once, and long files come first, so that workers end together."""
+import gc
 import os
 import sys
 
@@ -25,3 +26,8 @@ def pytest_collection_modifyitems(items):
     """Order the files."""
     items.sort(key=lambda item: LONG.index(item.path.name) if item.path.name in LONG
                else len(LONG))
+
+
+def pytest_collection_finish():
+    """Let the garbage collector pass over all that stays until the end: half a second each time."""
+    gc.freeze()
