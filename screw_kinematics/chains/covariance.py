@@ -16,14 +16,16 @@ __all__ = ['through_jacobian']
 
 
 def through_jacobian(jacobian: Sequence[float] | Array, variances: Sequence[float],
-                     together: Sequence[Sequence[float]] = ()) -> list[float]:
+                     together: Sequence[Sequence[float]] = (), made: Sequence[float] = (),
+                     ) -> list[float]:
     """
     Return the covariance of a vector, of joints that err independently but for a part.
 
     ``J (diag(variances - t^2) + t t^T) J^T`` for each t together, for a twist from the variances
     of joint velocities, and to leading order for an acceleration from those of joint
     accelerations: what the errors of position and velocity add is smaller by the time the motion
-    takes to change.
+    takes to change. The exception is an instant that is not known: it changes J as much as the
+    rates.
 
     Parameters
     ----------
@@ -34,6 +36,8 @@ def through_jacobian(jacobian: Sequence[float] | Array, variances: Sequence[floa
     together : sequence of sequences of n float, optional
         Deviations, part of these, that all joints have at once: by how much their rates change
         where the instant is later, or the clock faster, by its standard deviation.
+    made : sequence of 6 float, or of rows, optional
+        What the first of these makes of the vector, where J changes too; default: J times it.
 
     Returns
     -------
@@ -51,7 +55,7 @@ def through_jacobian(jacobian: Sequence[float] | Array, variances: Sequence[floa
     """
     numbers = jacobian.ravel().tolist() if isinstance(jacobian, np.ndarray) else jacobian
     n = len(variances)
-    found = _of_shape(len(numbers) // n, n).covariance(numbers, variances, together)
+    found = _of_shape(len(numbers) // n, n).covariance(numbers, variances, together, made)
     # The sum is finite if all of them are.
     return found if isfinite(sum(found)) else [0.0] * len(found)
 

@@ -8,8 +8,10 @@ from .readings cimport fill
 @cython.final
 cdef class ThroughJacobian:
     cdef Py_ssize_t rows, n
-    cdef double[::1] jacobian, variance, common, out
+    cdef double[::1] jacobian, variance, common, made, out
 
-    cpdef list covariance(self, object jacobian, object variances, object together)
+    cpdef list covariance(self, object jacobian, object variances, object together,
+                          object made=*)
     cdef void add(self) noexcept
+    cdef void carry(self) noexcept
     cdef void add_common(self) noexcept

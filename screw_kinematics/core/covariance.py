@@ -30,12 +30,16 @@ class ThroughJacobian:
     def __init__(self, rows: int, n: int) -> None:
         self.rows, self.n = rows, n
         self.jacobian, self.variance = zeros(rows * n), zeros(n)
-        self.common, self.out = zeros(n), zeros(rows * rows)
+        self.common, self.made = zeros(n), zeros(rows)
+        self.out = zeros(rows * rows)
 
     def covariance(self, jacobian: Sequence[float], variances: Sequence[float],
-                   together: Sequence[Sequence[float]]) -> list[float]:
+                   together: Sequence[Sequence[float]], made: Sequence[float] = (),
+                   ) -> list[float]:
         """
-        Return ``J (diag(variances - t^2) + t t^T) J^T``, for each t of `together`, row by row.
+        Return ``J (diag(variances - t^2)) J^T + m m^T``, for each t of `together`, row by row.
+
+        m is J t; of the first t it is `made` if that is given.
 
         Raises
         ------
@@ -50,27 +54,35 @@ class ThroughJacobian:
         fill(self.variance, variances)
         for each in together:
             fill(self.common, each)
+            self.carry()
+            if made:
+                fill(self.made, made)
+                made = ()
             self.add_common()
         self.add()
         return [self.out[i] for i in range(self.rows * self.rows)]
+
+    def carry(self) -> None:
+        """Carry what joints err by at once through the Jacobian."""
+        i: cython.Py_ssize_t
+        k: cython.Py_ssize_t
+        n: cython.Py_ssize_t = self.n
+        for i in range(self.rows):
+            total: cython.double = 0.0
+            for k in range(n):
+                total += self.jacobian[i * n + k] * self.common[k]
+            self.made[i] = total
 
     def add_common(self) -> None:
         """Add what joints that err at once make, which is none of their own variance."""
         i: cython.Py_ssize_t
         j: cython.Py_ssize_t
         k: cython.Py_ssize_t
-        n: cython.Py_ssize_t = self.n
-        for k in range(n):
+        for k in range(self.n):
             self.variance[k] -= self.common[k] * self.common[k]
         for i in range(self.rows):
-            one: cython.double = 0.0
-            for k in range(n):
-                one += self.jacobian[i * n + k] * self.common[k]
             for j in range(self.rows):
-                other: cython.double = 0.0
-                for k in range(n):
-                    other += self.jacobian[j * n + k] * self.common[k]
-                self.out[i * self.rows + j] += one * other
+                self.out[i * self.rows + j] += self.made[i] * self.made[j]
 
     def add(self) -> None:
         """Add what joints make that err each on its own."""

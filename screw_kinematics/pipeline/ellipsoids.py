@@ -10,7 +10,6 @@ import numpy as np
 from .kinematics import State
 from .message_writers import JointColumns, Slices
 from .settings import RobotSettings
-from ..chains.covariance import through_jacobian
 from ..screws.rigid import pose_from_row
 from ..screws.se3 import Array
 
@@ -39,7 +38,7 @@ class TipEllipsoids:
     Parameters
     ----------
     slices : mapping from str to slice
-        Where pose and Jacobian are among the values of a state.
+        Where pose, twist, reduced acceleration and Jacobian are among the values of a state.
     settings : RobotSettings
         Axes and reference point of the program.
     joints : JointColumns
@@ -49,25 +48,28 @@ class TipEllipsoids:
 
     def __init__(self, slices: Slices, settings: RobotSettings, joints: JointColumns) -> None:
         self._pose, self._jacobian = slices['pose'], slices['jacobian']
+        self._twist, self._accel = slices['twist'], slices['reduced_accel']
         self._in_base = settings.expressed_in == 'base'
         self._at_base = settings.reference_point == 'base'
         self._joints = joints
 
     def of(self, state: State) -> list[Ellipsoid | None]:
         """Return the four, None where nothing is known of how uncertain it is."""
-        pose = pose_from_row(np.array(state.values[self._pose]))
-        jacobian = np.reshape(state.values[self._jacobian], (6, -1))
-        turning, moving = jacobian[:3], jacobian[3:]
+        values = state.values
+        pose = pose_from_row(np.array(values[self._pose]))
+        columns = np.column_stack([np.reshape(values[self._jacobian], (6, -1)),
+                                   values[self._twist], values[self._accel]])
+        turning, moving = columns[:3], columns[3:]
         if not self._in_base:
             turning, moving = pose[:3, :3] @ turning, pose[:3, :3] @ moving
         if self._at_base:       # from the point at the base's origin to the tip
             moving = moving + np.cross(turning, pose[:3, 3], axisa=0, axisc=0)
-        row = np.concatenate([turning, moving]).ravel().tolist()
+        jacobian = np.concatenate([turning, moving])[:, :-2].ravel().tolist()
+        # The tip's angular and classical linear acceleration, which are its twist's rates.
+        rates = [*turning[:, -1], *(moving[:, -1] + np.cross(turning[:, -2], moving[:, -2]))]
         found = []
-        for order in (1, 2):
-            covariance = np.reshape(through_jacobian(
-                row, self._joints.variances(state, order), self._joints.together(state, order)),
-                (6, 6))
+        for order, known in ((1, rates), (2, [])):
+            covariance = np.reshape(self._joints.covariance(state, order, jacobian, known), (6, 6))
             found += [ellipsoid(covariance[:3, :3]), ellipsoid(covariance[3:, 3:])]
         return found
 

@@ -16,6 +16,7 @@ import numpy as np
 from .kinematics import State
 from .outputs import KINDS
 from .own_motion import OwnMotion, Slices
+from .payload import cross
 from .robot_model import moving_joints, MovingJoint
 from .settings import RobotSettings
 from ..chains.covariance import through_jacobian
@@ -23,6 +24,7 @@ from ..messages.joint_motion import JointStateEncoder, JointTrajectoryEncoder
 from ..messages.stamped import (
     ImuEncoder, PoseEncoder, TwistEncoder, TwistWithCovarianceEncoder, VelocityEncoder)
 from ..screws.rotations import quaternion_from_row
+from ..screws.se3 import Array
 
 
 @dataclass(frozen=True)
@@ -73,23 +75,68 @@ class JointColumns:
             return row[start:start + self._count]
         return [row[start + column] for column in self._columns]
 
-    def variances(self, state: State, derivative: int) -> Sequence[float]:
-        """Return those of the tip's joints, and of the base if it matters, as the Jacobian."""
-        own = self.select(state.motion.variances, derivative)
-        if not self._moving_base:
-            return own
-        assert state.base is not None
-        return [*own, *state.base.variances(derivative)]
+    def covariance(self, state: State, derivative: int, jacobian: Sequence[float] | Array,
+                   rates: Sequence[float] = ()) -> list[float]:
+        """
+        Return the covariance of what a Jacobian makes of a derivative of the joints' positions.
 
-    def together(self, state: State, derivative: int) -> Sequence[Sequence[float]]:
-        """Return deviations that all joints have at once, as their clock errs; or nothing."""
+        Parameters
+        ----------
+        state : State
+            With the variances of its joints.
+        derivative : int
+            1: velocities, ...
+        jacobian : sequence of float, or array
+            As for :func:`through_jacobian`.
+        rates : sequence of float, optional
+            By how much that changes in a second, the Jacobian's change in it; used where the
+            clock of the joints is not exact and the base does not move.
+
+        """
+        variances = self.select(state.motion.variances, derivative)
         error, values = state.motion.clock_error, state.motion.values
-        if not any(error):
-            return ()
-        found = error.deviations(
-            derivative, self.select(values, derivative),
-            self.select(values, derivative + 1) if state.order > derivative else ())
-        return [[*row, *(0.0,) * 6] for row in found] if self._moving_base else found
+        together: list[list[float]] = []
+        made: list[float] = []
+        if any(error):
+            onward = self.select(values, derivative + 1) if state.order > derivative else ()
+            together = error.deviations(derivative, self.select(values, derivative), onward)
+            if error.time and len(onward) and not self._moving_base:
+                made = [error.time * rate for rate in rates]
+        if self._moving_base:
+            assert state.base is not None
+            variances = [*variances, *state.base.variances(derivative)]
+            together = [[*row, *(0.0,) * 6] for row in together]
+        return through_jacobian(jacobian, variances, together, made)
+
+
+class TwistRate:
+    """
+    By how much the numbers of a twist change in a second, in its own axes and about its own point.
+
+    Parameters
+    ----------
+    slices : mapping from str to slice
+        Where twist and reduced acceleration are among the values of a state.
+    settings : RobotSettings
+        Axes and reference point of the program.
+
+    """
+
+    NEEDS = ('twist', 'reduced_accel')
+
+    def __init__(self, slices: Slices, settings: RobotSettings) -> None:
+        self._twist, self._accel = (slices[need] for need in self.NEEDS)
+        # The reduced acceleration is the rate where axes and point are of one frame.
+        self._swept = (settings.expressed_in == 'base') - (settings.reference_point == 'base')
+
+    def of(self, values: Sequence[float]) -> list[float]:
+        """Return the rates [rad/s^2, m/s^2]."""
+        rates = [*values[self._accel]]
+        if self._swept:
+            twist = values[self._twist]
+            for i, x in enumerate(cross(twist[:3], twist[3:])):
+                rates[3 + i] += self._swept * x
+        return rates
 
 
 class MessageWriter(Protocol):
@@ -137,7 +184,7 @@ def message_writer(output: str, slices: Slices, model: Any, settings: RobotSetti
         return PassiveJointWriter(slices, JointStateEncoder(model.passive_joint_names))
     if kind.covariance:
         return CovarianceWriter(slices[kind.needs[0]], slices['jacobian'], kind.order, frames,
-                                joints)
+                                joints, TwistRate(slices, settings) if kind.order == 1 else None)
     if output == 'velocity':
         return SixVectorWriter(slices[kind.needs[0]],
                                VelocityEncoder(frames.axes, frames.tip, frames.base))
@@ -174,17 +221,17 @@ class CovarianceWriter:
     """A six-vector and its covariance, from the joints' variances through the Jacobian."""
 
     def __init__(self, at: slice, jacobian: slice, order: int, frames: Frames,
-                 joints: JointColumns) -> None:
+                 joints: JointColumns, rate: TwistRate | None) -> None:
         self._at = at
         self._jacobian = jacobian
-        self._order, self._joints = order, joints
+        self._order, self._joints, self._rate = order, joints, rate
         self._encoder = TwistWithCovarianceEncoder(frames.axes)
 
     def encode(self, state: State) -> bytes:
         """Return the serialized message."""
-        covariance = through_jacobian(
-            state.values[self._jacobian], self._joints.variances(state, self._order),
-            self._joints.together(state, self._order))
+        rates = self._rate.of(state.values) if self._rate is not None else ()
+        covariance = self._joints.covariance(
+            state, self._order, state.values[self._jacobian], rates)
         return self._encoder.encode(state.stamp_ns, (*state.values[self._at], *covariance))
 
 
@@ -248,9 +295,9 @@ class ImuWriter:
         if self._at_base:       # from the point at the base's origin to the tip
             moving = moving + np.cross(turning, felt.to_base.T @ row[:3], axisa=0, axisc=0)
         of_position, of_velocity, of_acceleration = (
-            through_jacobian(rows, self._joints.variances(state, k),
-                             self._joints.together(state, k))
-            for k, rows in enumerate((turning, turning, moving)))
+            self._joints.covariance(state, k, rows, rates)
+            for k, (rows, rates) in enumerate((
+                (turning, ()), (turning, [*felt.alpha]), (moving, ()))))
         return self._encoder.encode(state.stamp_ns, [
             *quaternion_from_row(row[3:]), *of_position, *omega, *of_velocity,
             *force, *of_acceleration])

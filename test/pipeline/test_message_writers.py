@@ -45,22 +45,55 @@ def test_covariances_of_the_imu_are_those_of_the_joints_through_the_jacobian():
                                    J @ np.diag(variances[row]) @ J.T, rtol=1e-9, atol=1e-15)
 
 
+def by_another_instant(output, seconds, axes='base', pole='tip'):
+    """Return by how much a program's output differs after some time, to first order."""
+    program = ARM.compile(outputs=(output,), axes=axes, pole=pole)
+    q, qd, qdd = np.reshape(MOTION.values, (3, -1))
+    step = 1e-6
+    before, after = (np.array(program.evaluate([*(q + t * qd), *(qd + t * qdd)]))
+                     for t in (-step, step))
+    return (after - before) / (2 * step) * seconds
+
+
+def uncertain_motion(late, fast):
+    """Return the motion of joints whose clock is off by these deviations."""
+    state, variances = (np.reshape(part, (-1, 3)) for part in (MOTION.values, MOTION.variances))
+    together = variances + np.square(late * np.vstack([state[1:], np.zeros((2, 3))]))
+    together[:3] += np.square(fast * np.arange(3)[:, None] * state)
+    return Motion(MOTION.stamp_ns, MOTION.values, together.ravel(), ClockError(late, fast))
+
+
 def test_the_imu_errs_along_its_motion_where_the_clock_is_uncertain():
-    late, fast, n = 2e-3, 1e-2, 3
-    state, variances = (np.reshape(part, (-1, n)) for part in (MOTION.values, MOTION.variances))
-    later = [late * state[1], late * state[2], np.zeros(n), np.zeros(n)]
-    faster = fast * np.arange(3)[:, None] * state
-    together = variances + np.square(later)
-    together[:3] += np.square(faster)
-    values = imu('base', 'tip', Motion(MOTION.stamp_ns, MOTION.values, together.ravel(),
-                                       ClockError(late, fast)))
-    q = np.array(MOTION.values[:n])
+    late, fast = 2e-3, 1e-2
+    values = imu('base', 'tip', uncertain_motion(late, fast))
+    q, qd, _ = np.reshape(MOTION.values, (3, -1))
+    variances = np.reshape(MOTION.variances, (4, 3))
     J = ARM.pose(q)[:3, :3].T @ ARM.jacobian(q, 'tip')[:3]
+    later = np.stack([late * J @ qd, by_another_instant('twist', late, 'tip')[:3]])
+    faster = np.stack([np.zeros(3), fast * J @ qd])
     for start, k in ((4, 0), (16, 1)):
         np.testing.assert_allclose(
             values[start:start + 9].reshape(3, 3),
-            J @ (np.diag(variances[k]) + np.outer(later[k], later[k])
-                 + np.outer(faster[k], faster[k])) @ J.T, rtol=1e-9, atol=1e-15)
+            J @ np.diag(variances[k]) @ J.T + np.outer(later[k], later[k])
+            + np.outer(faster[k], faster[k]), rtol=1e-7, atol=1e-15)
+
+
+@pytest.mark.parametrize('axes, pole', [*itertools.product(('base', 'tip'), repeat=2)])
+def test_a_twist_errs_by_what_it_is_at_another_instant(axes, pole):
+    """The posture is another one then, too: the Jacobian's change is part of it."""
+    late = 2e-3
+    settings = robot_settings('arm', {'outputs': ['twist_with_covariance'],
+                                      'expressed_in': axes, 'reference_point': pole})
+    program = compile_robot(ARM, (KINDS['twist_with_covariance'].needs,), settings)
+    state = Kinematics(program, covariance=True).evaluate(uncertain_motion(late, 0.0))
+    data = message_writer('twist_with_covariance', program.tips[0], ARM, settings).encode(state)
+    # Messages have the linear part first.
+    found = np.roll(np.reshape(unpack('<36d', data[-36 * 8:]), (6, 6)), 3, (0, 1))
+    J = np.reshape(ARM.compile(outputs=('jacobian',), axes=axes, pole=pole).evaluate(
+        MOTION.values[:3]), (6, 3))
+    later = by_another_instant('twist', late, axes, pole)
+    np.testing.assert_allclose(found, J @ np.diag(MOTION.variances[3:6]) @ J.T
+                               + np.outer(later, later), rtol=1e-6, atol=1e-12)
 
 
 def test_columns_of_a_tip():
