@@ -29,5 +29,5 @@ def pytest_collection_modifyitems(items):
 
 
 def pytest_collection_finish():
-    """Let the garbage collector pass over all that stays until the end: half a second each time."""
+    """Let the garbage collector pass over what stays to the end: half a second each time."""
     gc.freeze()
