@@ -8,6 +8,7 @@ moves along functions of time; the actuated joints follow in closed form, and al
 derivatives are those of 40-digit numbers.
 """
 from dataclasses import dataclass
+from functools import cache
 from math import factorial
 
 import numpy as np
@@ -81,6 +82,7 @@ class Moment:
     joints: np.ndarray      # positions, then derivatives of order 1 to 4
 
 
+@cache
 def moment(name, seed):
     """Return an instant of a motion, of random phases and frequencies."""
     inverse, home, amplitudes = ROBOTS[name]

@@ -64,7 +64,7 @@ def evaluated(expressions, known):
 
 @cache
 def function(symbols, expressions):
-    return sympy.lambdify(symbols, expressions)
+    return sympy.lambdify(symbols, expressions, cse=True)       # printed once, not many times
 
 
 @cache
