@@ -1,3 +1,4 @@
+# cython: annotation_typing=False
 # Copyright screw_kinematics contributors
 # SPDX-License-Identifier: Apache-2.0
 """
@@ -17,8 +18,10 @@ from typing import Protocol
 from .joint_groups import LARGEST, Reading
 from .settings import MotionSettings
 from ..errors import Reason
-from ..motion import JointEstimator, JointMotion, make_estimator, MotionEstimator
+from ..motion import make_estimator, MotionEstimator
 from ..motion.clock_error import ClockError, EXACT
+from ..motion.joint_estimator import JointEstimator
+from ..motion.joint_motion import JointMotion
 
 MAX_BACK_NS = 500_000_000
 BACK_PATIENCE = 20
@@ -27,7 +30,7 @@ BACK_PATIENCE = 20
 SLOPE_SPAN_NS = 20_000_000
 
 
-@dataclass(slots=True)
+@dataclass
 class Motion:
     """
     The motion of joints at one instant.
@@ -156,9 +159,10 @@ class EstimatedMotion:
         return self._estimate(reading, reading.velocity)
 
     def _estimate(self, reading: Reading, velocity: Sequence[float] | None) -> Motion | Reason:
-        estimate = self.estimator.step(reading.stamp_ns, reading.position, velocity)
-        if not isinstance(estimate, JointMotion):
-            return estimate
+        outcome = self.estimator.step(reading.stamp_ns, reading.position, velocity)
+        if not isinstance(outcome, JointMotion):
+            return outcome
+        estimate = outcome
         values = estimate.values
         if self._order < 3 and not self._covariance:
             values = values[:(self._order + 1) * len(reading.position)]

@@ -1,3 +1,4 @@
+# cython: annotation_typing=False
 # Copyright screw_kinematics contributors
 # SPDX-License-Identifier: Apache-2.0
 """
@@ -94,7 +95,7 @@ class NameLayout:
         return values if self._as_it_is else [values[i] for i in self._entries]
 
 
-@dataclass(slots=True)
+@dataclass
 class Reading:
     """
     What a message says of the joints of a group.
@@ -157,11 +158,12 @@ class JointGroups:
 
     def read(self, sample: JointSample) -> Reading | Reason:
         """Return what a sample says of the joints of a group, or the reason to refuse it."""
-        layout = self._layouts.get(sample.names)
-        if layout is None:
-            layout = self._new_layout(sample.names)
-        if not isinstance(layout, NameLayout):
-            return layout
+        found = self._layouts.get(sample.names)
+        if found is None:
+            found = self._new_layout(sample.names)
+        if not isinstance(found, NameLayout):
+            return found
+        layout = found
         if len(sample.position) != layout.length:
             return Reason.WRONG_LENGTH
         position = layout.select(sample.position)

@@ -1,3 +1,4 @@
+# cython: annotation_typing=False
 # Copyright screw_kinematics contributors
 # SPDX-License-Identifier: Apache-2.0
 """From the motion of all joints to the state of the end effector."""
@@ -13,7 +14,7 @@ from ..errors import Reason
 from ..programs.moving_base import AT_REST
 
 
-@dataclass(slots=True)
+@dataclass
 class State:
     """
     The state of a robot at one instant.

@@ -1,3 +1,4 @@
+# cython: annotation_typing=False
 # Copyright screw_kinematics contributors
 # SPDX-License-Identifier: Apache-2.0
 """
@@ -51,6 +52,7 @@ class RobotPipeline:
     Examples
     --------
     >>> from screw_kinematics import Joint, SerialChain
+    >>> from screw_kinematics.pipeline.kinematics import Kinematics
     >>> from screw_kinematics.pipeline.robot_program import OneTip
     >>> arm = SerialChain([Joint('q1', 'revolute', axis=(0, 0, 1), point=(-2, 0, 0))])
     >>> pipeline = RobotPipeline(arm.joint_names, MotionSettings(velocity_source='measured'))
