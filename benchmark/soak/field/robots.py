@@ -23,8 +23,8 @@ from ...node.robot import message_body, TIP
 RATE = 1000.0
 SAMPLES = 5000
 ENCODER = 1e-5
-OFFSET = (0.0, 0.0, 0.1, 0.0, 0.0, 0.0)
-"""The other `tool_offset` of robots that have two [m, rad]."""
+OFFSET = (0.1, 0.0, 0.1, 0.0, 0.0, 0.0)
+"""The other `tool_offset` of robots that have two [m, rad]; one across a plane changes nothing."""
 
 OUTPUTS = ('twist_with_covariance', 'accel_with_covariance')
 ORDERS = dict(zip(OUTPUTS, (1, 2)))
