@@ -18,30 +18,30 @@ def slow_motion(seed):
     amplitude = np.array([[0.3], [0.1]])
 
     def motion(t):
-        angle = omega * t + phase
-        return ((amplitude * np.sin(angle)).sum(0) + [0.3, 0.65, 1.0],
-                (amplitude * omega * np.cos(angle)).sum(0))
+        angle = omega * np.asarray(t)[..., None, None] + phase
+        return ((amplitude * np.sin(angle)).sum(-2) + [0.3, 0.65, 1.0],
+                (amplitude * omega * np.cos(angle)).sum(-2))
     return motion
 
 
 @pytest.mark.parametrize('both', [1.0, 2.4])
 @pytest.mark.parametrize('delay', [0.0, 0.02])
-@pytest.mark.parametrize('seed', range(4))
+@pytest.mark.parametrize('seed', range(2))
 def test_nothing_is_left_of_a_second_publisher(seed, delay, both):
     """It runs backwards: where the two meet, readings of both are plausible, and taken."""
     own = slow_motion(seed)
-    speed = np.sqrt(np.mean([own(t)[1]**2 for t in np.arange(0.0, PERIOD, STEP)], axis=0))
+    speed = np.sqrt(np.mean(own(np.arange(0.0, PERIOD, STEP))[1]**2, axis=0))
     taken = 0
     for begin in np.arange(0.0, PERIOD, 0.25):
         estimator = MotionEstimator(3, delay)
         second, alone = begin + ALONE, begin + ALONE + both
-        for t in np.arange(begin, alone + CALM, STEP):
-            found = estimator.update(t, *own(t))
+        times = np.arange(begin, alone + CALM, STEP)
+        for t, q, qd, others_q, others_qd, due in zip(
+                times, *own(times), *own(-(times + BESIDE)), own(times - delay)[1]):
+            found = estimator.update(t, q, qd)
             if t - delay > alone + SETTLED:
-                assert (abs(found.velocity - own(t - delay)[1]) < 1e-3 * speed).all(), begin
+                assert (abs(found.velocity - due) < 1e-3 * speed).all(), begin
             if second <= t < alone:
-                other = t + BESIDE
-                position, velocity = own(-other)
-                estimator.update(other, position, -velocity)
+                estimator.update(t + BESIDE, others_q, -others_qd)
                 taken += estimator.reason is not Reason.IMPLAUSIBLE_JUMP
     assert taken > 10
