@@ -37,11 +37,11 @@ Rules that keep both ways of running the same:
    ``boundscheck`` is off.
 6. No function returns a memoryview by its annotation: Cython 3.0.8 makes a module of it that
    cannot be loaded.
-7. Classes of the decisions in ``motion``, and of the steps in ``pipeline``, have a ``.pxd`` too,
-   but nothing of Cython in their text (``annotation_typing=False``): an attribute or local that
-   the ``.pxd`` does not name is a Python object, slower and right; one that other objects of the
-   class read needs their type there. Fields of a ``dataclass``, which has no slots then, stand
-   there in their order. Of a module's constants those are not there that others import.
+7. Classes of the decisions in ``motion``, and of the steps in ``messages`` and ``pipeline``, have
+   a ``.pxd`` too, but nothing of Cython in their text (``annotation_typing=False``): an attribute
+   or local that the ``.pxd`` does not name is a Python object, slower and right; one that other
+   objects of the class read needs their type there. Fields of a ``dataclass``, which has no slots
+   then, stand there in their order. A module's constants that others import are not there.
 8. Classes of other modules are imported by the text and by the ``.pxd`` (``cimport``), functions
    of C by the text where it is interpreted only.
 """

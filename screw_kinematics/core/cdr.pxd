@@ -9,6 +9,7 @@ cdef class JointStateLayout:
     cdef Py_ssize_t size, end, position_at, positions, velocity_at, velocities
     cdef Py_ssize_t velocity_count_at, effort_count_at
 
+    cpdef tuple read(self, bytes data)
     cdef bint fits(self, bytes data) noexcept
 
 
@@ -16,3 +17,5 @@ cdef class StampedMessage:
     cdef bytes example
     cdef Py_ssize_t[::1] places, order
     cdef Py_ssize_t count, needed
+
+    cpdef bytes write(self, long long stamp_ns, object values)

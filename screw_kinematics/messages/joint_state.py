@@ -1,3 +1,4 @@
+# cython: annotation_typing=False
 # Copyright screw_kinematics contributors
 # SPDX-License-Identifier: Apache-2.0
 """
@@ -133,7 +134,7 @@ class _Layout:
 
     """
 
-    __slots__ = ('names', '_read')
+    __slots__ = ('names', '_numbers')
 
     def __init__(self, data: bytes, known_names: list[tuple[str, ...]]) -> None:
         mask = bytearray(len(data))
@@ -155,13 +156,13 @@ class _Layout:
             raise MalformedMessageError(
                 'JointState', f'it ends after {efforts_at + 8 * efforts} bytes '
                 f'and has {len(data)}')
-        self._read = JointStateLayout(
+        self._numbers = JointStateLayout(
             data, bytes(mask), -(-at // 4) * 4 + 4, position_at, positions, velocity_count_at,
-            velocity_at, velocities, effort_count_at).read
+            velocity_at, velocities, effort_count_at)
 
     def read(self, data: bytes) -> JointSample | None:
         """Return the sample in a message, or None if it is not of this layout."""
-        found = self._read(data)
+        found = self._numbers.read(data)
         if found is None:
             return None
         stamp_ns, position, velocity = found

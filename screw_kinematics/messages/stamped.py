@@ -1,3 +1,4 @@
+# cython: annotation_typing=False
 # Copyright screw_kinematics contributors
 # SPDX-License-Identifier: Apache-2.0
 """
@@ -37,11 +38,11 @@ class StampedEncoder:
 
     """
 
-    __slots__ = ('_write',)
+    __slots__ = ('_message',)
 
     def __init__(self, body: bytes, places: Sequence[int], order: Sequence[int]) -> None:
-        self._write = StampedMessage(
-            _CDR + body, [len(_CDR) + place for place in places], list(order)).write
+        self._message = StampedMessage(
+            _CDR + body, [len(_CDR) + place for place in places], list(order))
 
     def encode(self, stamp_ns: int, values: Sequence[float]) -> bytes:
         """
@@ -61,7 +62,7 @@ class StampedEncoder:
 
         """
         try:
-            message = self._write(stamp_ns, values)
+            message = self._message.write(stamp_ns, values)
         except OverflowError:
             message = None
         if message is None:

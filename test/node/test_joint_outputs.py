@@ -45,7 +45,7 @@ def messages(module_context, tmp_path_factory):
                for name in ROBOTS for output in parameters[name]['outputs']}
         publisher = rig.publisher('joint_states')
         for name in ROBOTS:
-            rig.wait(lambda: set(rig.status(name)[2]['outputs listened to'].split(', '))
+            rig.wait(lambda: set(rig.status(name)[2].get('outputs listened to', '').split(', '))
                      == set(parameters[name]['outputs']))
         k = 0
         while not all(got.values()) or k < SAMPLES:
