@@ -10,6 +10,9 @@ from .group_motion import Motion
 from .joint_groups import JointGroup
 from ..errors import Reason
 
+KEPT_UP = 4
+"""A group that came in so many rounds in a row does not lag."""
+
 
 class Synchronizer:
     """
@@ -17,7 +20,8 @@ class Synchronizer:
 
     A round is complete when every group has arrived since the last one. A group that arrives
     twice in a round does not wait for the others: they lag from then on, until they do the
-    same, and are carried on to the present by their derivatives. The instant of a round is
+    same or have come in many rounds in a row, and are carried on to the present by their
+    derivatives. The instant of a round is
     that of the oldest motion among the groups that do not lag, since going back in time a
     little is more exact than going on.
 
@@ -43,7 +47,8 @@ class Synchronizer:
         self._n_joints = n_joints
         self._parts: dict[JointGroup, Motion] = {}
         self._fresh: set[JointGroup] = set()
-        self._lagging: set[JointGroup] = set()
+        self._lagging: dict[JointGroup, int] = {}
+        """For each group that lags in how many rounds in a row it came."""
 
     def add(self, group: JointGroup, motion: Motion) -> Motion | Reason:
         """
@@ -68,29 +73,41 @@ class Synchronizer:
         repeated = group in self._fresh
         before = self._parts.get(group)
         self._parts[group] = motion
+        if self._lagging.get(group) == KEPT_UP:     # it comes behind the others: of their round
+            del self._lagging[group]
+            return Reason.MERGED
         self._fresh.add(group)
         if sum(len(g.columns) for g in self._parts) < self._n_joints:
             return Reason.JOINTS_MISSING
+        behind = self._behind(group, before, motion)
         if repeated:
-            self._lagging = self._parts.keys() - self._fresh
-        elif group in self._lagging or self._parts.keys() - self._fresh - self._lagging:
+            self._lagging = dict.fromkeys(self._parts.keys() - self._fresh, 0)
+        elif group in self._lagging or self._parts.keys() - self._fresh - self._lagging.keys():
             return Reason.MERGED
-        elif before is not None and self._behind(group, before.stamp_ns, motion.stamp_ns):
+        elif behind - self._lagging.keys():
             self._fresh = {group}
             return Reason.MERGED
+        counted = {lagging: n + 1 if lagging in self._fresh else 0
+                   for lagging, n in self._lagging.items()}
+        self._lagging = {lagging: n for lagging, n in counted.items()
+                         if n < KEPT_UP or lagging in behind}
+        self._fresh.clear()
         return self._join()
 
-    def _behind(self, group: JointGroup, before_ns: int, now_ns: int) -> bool:
-        """Whether another group's part belongs to the round before, and its next is near."""
-        stamps = [self._parts[other].stamp_ns for other in self._fresh if other != group]
-        return any(2 * abs(stamp - before_ns) < abs(stamp - now_ns) for stamp in stamps)
+    def _behind(self, group: JointGroup, before: Motion | None, now: Motion) -> set[JointGroup]:
+        """Return whose parts belong to the round before, by a group that has come again."""
+        if before is None:
+            return set()
+        stamps = {other: self._parts[other].stamp_ns for other in self._fresh if other != group}
+        return {other for other, stamp in stamps.items()
+                if 2 * abs(stamp - before.stamp_ns) < abs(stamp - now.stamp_ns)}
 
     def keep(self, groups: Iterable[JointGroup]) -> None:
         """Forget all groups but these, and await their joints again."""
         kept = set(groups)
         self._parts = {group: part for group, part in self._parts.items() if group in kept}
         self._fresh &= kept
-        self._lagging &= kept
+        self._lagging = {group: n for group, n in self._lagging.items() if group in kept}
 
     def clear(self) -> None:
         """Await all joints again."""
@@ -99,8 +116,7 @@ class Synchronizer:
         self._lagging.clear()
 
     def _join(self) -> Motion | Reason:
-        self._fresh.clear()
-        instant = min(self._parts[g].stamp_ns for g in self._parts.keys() - self._lagging)
+        instant = min(self._parts[g].stamp_ns for g in self._parts.keys() - self._lagging.keys())
         n = self._n_joints
         orders = min(len(m.values) // len(g.columns) for g, m in self._parts.items())
         joined = [0.0] * (orders * n)

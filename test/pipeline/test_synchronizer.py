@@ -1,6 +1,8 @@
 # Copyright screw_kinematics contributors
 # SPDX-License-Identifier: Apache-2.0
 """Groups at one instant: exact on motions of the order that is known."""
+import itertools
+
 import numpy as np
 import pytest
 from screw_kinematics.errors import Reason
@@ -53,6 +55,23 @@ def test_who_begins_a_round_later_is_awaited_in_the_next(arm, hand):
         joined.add(arm, motion([0, 2], k * 10 * MS))
         whole = joined.add(hand, motion([1], k * 10 * MS))
         assert k < 3 or whole.stamp_ns == k * 10 * MS
+
+
+@pytest.mark.parametrize('order', list(itertools.permutations(range(3))))
+def test_who_missed_a_message_lags_for_some_rounds_only(order):
+    """Three groups at each instant: one message is lost, in the tenth round."""
+    groups = [JointGroup((k,), False) for k in range(3)]
+    for lost in range(3):
+        joined, whole = Synchronizer(3), {}
+        for k in range(1, 60):
+            for number in order:
+                if (k, number) != (10, lost):
+                    state = joined.add(groups[number], motion([number], k * 4 * MS))
+                    if isinstance(state, Motion):
+                        whole[k] = state
+        assert len(whole) >= 56 and set(range(25, 60)) <= {
+            k for k, state in whole.items() if state.stamp_ns == k * 4 * MS}
+        assert list(whole) == sorted(whole)
 
 
 def test_a_slow_group_does_not_hold_up_the_fast_one(arm, hand):
