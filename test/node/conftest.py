@@ -4,6 +4,7 @@
 from contextlib import contextmanager
 import gc
 import os
+import socket
 import time
 
 import pytest
@@ -16,10 +17,23 @@ else:
     rclpy = pytest.importorskip('rclpy')
 
 
+def occupied(domain):
+    """Return whether somebody is in a domain, as a node that was left by a run that was killed."""
+    for participant in range(20):
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as port:
+            try:
+                port.bind(('', 7410 + 250 * domain + 2 * participant))
+            except OSError:
+                return True
+    return False
+
+
 @contextmanager
 def own_domain():
     """Give a free ROS_DOMAIN_ID, set in os.environ too, so that child processes have it."""
-    with domain_coordinator.domain_id() as domain, pytest.MonkeyPatch.context() as patch:
+    free = (domain for domain in range(1, 101) if not occupied(domain))
+    with domain_coordinator.domain_id(free.__next__) as domain, \
+            pytest.MonkeyPatch.context() as patch:
         patch.setenv('ROS_DOMAIN_ID', str(domain))
         patch.setenv('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
         patch.delenv('ROS_LOCALHOST_ONLY', raising=False)
