@@ -35,4 +35,4 @@ cdef class TickCounter:
     cdef double _set_by(self, double late) except? -1e300
     @cython.locals(gain=double, most=double, wobble=double)
     cdef void _learn(self, double late) noexcept
-    cdef bint _catching_up(self, double fallen, long messages)
+    cdef bint _catching_up(self, double fallen, double messages) noexcept

@@ -232,7 +232,7 @@ class TickCounter:
                     return least
         return 0.0
 
-    def _catching_up(self, fallen: float, messages: int) -> bool:
+    def _catching_up(self, fallen: float, messages: float) -> bool:
         """Whether lateness that fell so much over some messages is that of who was held up."""
         return fallen > CATCHES_UP * messages * self.period + 2.0 * self.deviation
 
