@@ -9,9 +9,12 @@ import sys
 import pytest
 from screw_kinematics import core
 
-pytest.importorskip('Cython')
+Cython = pytest.importorskip('Cython')
 
 TEXTS = [text for text in core.texts() if text.parent.name == 'core']
+# What all modules share is not written into each, as in the build; since Cython 3.2.
+SHARED = {'shared_utility_qualified_name': 'screw_kinematics.core._shared'} if tuple(
+    map(int, Cython.__version__.split('.')[:2])) >= (3, 2) else {}
 LINE = re.compile(r'<pre class="cython line[^>]*>\D*<span class="">(\d+)</span>.*?</pre>'
                   r"(?:\s*<pre class='cython code[^>]*>(.*?)</pre>)?", re.DOTALL)
 REFUSALS = re.compile(r'if \(unlikely\([^{}]*?\{[^{}]*\}', re.DOTALL)
@@ -28,7 +31,7 @@ def calls(tmp_path_factory):
     names = {f'screw_kinematics.core.{text.stem}': str(text.relative_to(root)) for text in TEXTS}
     code = ('from setuptools import Extension; from Cython.Build import cythonize; '
             f'cythonize([Extension(name, [path]) for name, path in {names}.items()], '
-            f'build_dir={str(folder)!r}, annotate=True, language_level=3, quiet=True)')
+            f'build_dir={str(folder)!r}, annotate=True, language_level=3, quiet=True, **{SHARED})')
     subprocess.run([sys.executable, '-c', code], check=True, cwd=root, capture_output=True)
 
     def called(text):
