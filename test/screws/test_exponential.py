@@ -1,6 +1,6 @@
 # Copyright screw_kinematics contributors
 # SPDX-License-Identifier: Apache-2.0
-from hypothesis import given, settings, strategies as st
+from hypothesis import example, given, settings, strategies as st
 import mpmath
 import numpy as np
 import pytest
@@ -53,7 +53,8 @@ def test_exp_of_commuting_twists_multiplies():
     np.testing.assert_allclose(se3.exp(x) @ se3.exp(2 * x), se3.exp(3 * x), atol=1e-13)
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200, deadline=None, derandomize=True)
+@example(parts=[0.0, 0.0, 1.0, 6.7e-70, 0.0, 0.0], angle=1.0, exponent=-243)
 @given(st.lists(st.floats(-1, 1), min_size=6, max_size=6), st.floats(0, np.pi),
        st.integers(-300, 200))
 def test_exp_undoes_log_for_any_axis_and_any_unit_of_length(parts, angle, exponent):
@@ -65,7 +66,8 @@ def test_exp_undoes_log_for_any_axis_and_any_unit_of_length(parts, angle, expone
     back = se3.exp(se3.log(T))
     np.testing.assert_allclose(back[:3, :3], T[:3, :3], rtol=0, atol=1e-13)
     p = T[:3, 3]
-    np.testing.assert_allclose(back[:3, 3], p, rtol=0, atol=1e-12 * np.abs(p).max())
+    # The smallest numbers of all, below 1e-308, have fewer digits.
+    np.testing.assert_allclose(back[:3, 3], p, rtol=0, atol=1e-12 * np.abs(p).max() + 1e-322)
 
 
 def test_results_are_rigid_displacements():
