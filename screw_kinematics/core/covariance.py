@@ -55,7 +55,7 @@ class ThroughJacobian:
         for each in together:
             fill(self.common, each)
             self.carry()
-            if made:
+            if len(made):
                 fill(self.made, made)
                 made = ()
             self.add_common()

@@ -19,7 +19,7 @@ cdef class State:
 cdef class Kinematics:
     cdef readonly object program
     cdef readonly bint covariance, moving_base, standing_base
-    cdef readonly long order
+    cdef readonly long told, order
     cdef Py_ssize_t _dof, _inputs
 
     @cython.locals(order=Py_ssize_t)

@@ -55,19 +55,25 @@ class Kinematics:
     covariance : bool
         Whether the variances of the joints' motion are wanted too.
     order : int
-        Derivative of the joints' motion that is wanted, beside what the program takes.
+        Highest derivative of the joint positions in what is told; default: that of the program.
 
     Attributes
     ----------
+    told : int
+        The same.
+    order : int
+        Of the joints' motion that is wanted: what is told, and what the program takes.
     moving_base, standing_base : bool
         Whether some of it is relative to the world, and some to the base.
 
     """
 
-    def __init__(self, program: RobotProgram, covariance: bool = False, order: int = 0) -> None:
+    def __init__(self, program: RobotProgram, covariance: bool = False,
+                 order: int | None = None) -> None:
         self.program = program
         self.covariance = covariance
-        self.order = max(program.order, order)
+        self.told = program.order if order is None else order
+        self.order = max(program.order, self.told)
         self.moving_base, self.standing_base = program.moving_base, program.standing_base
         self._dof = program.dof
         self._inputs = program.dof * (program.order + 1)

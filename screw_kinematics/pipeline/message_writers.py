@@ -90,8 +90,8 @@ class JointColumns:
         jacobian : sequence of float, or array
             As for :func:`through_jacobian`.
         rates : sequence of float, optional
-            By how much that changes in a second, the Jacobian's change in it; used where the
-            clock of the joints is not exact and the base does not move.
+            By how much what the Jacobian makes changes in a second, its own change in it; used
+            where the clock of the joints is not exact and the base does not move.
 
         """
         variances = self.select(state.motion.variances, derivative)
@@ -123,10 +123,8 @@ class TwistRate:
 
     """
 
-    NEEDS = ('twist', 'reduced_accel')
-
     def __init__(self, slices: Slices, settings: RobotSettings) -> None:
-        self._twist, self._accel = (slices[need] for need in self.NEEDS)
+        self._twist, self._accel = slices['twist'], slices['reduced_accel']
         # The reduced acceleration is the rate where axes and point are of one frame.
         self._swept = (settings.expressed_in == 'base') - (settings.reference_point == 'base')
 

@@ -148,7 +148,7 @@ class RobotPipeline:
             state = kinematics.evaluate(whole, base)
         except (ScrewKinematicsError, ArithmeticError, ValueError) as error:
             return close(Reason.NO_SOLUTION, str(error))
-        if isinstance(state, State) and state.order < kinematics.order:
+        if isinstance(state, State) and state.order < kinematics.told:
             self.account.incomplete += 1
         return close(state)
 

@@ -83,7 +83,7 @@ class StreamWatch:
             self.lost += round(passed / self._period) - 1
         self._count += 1
         if self._count > EVERY - 3:
-            if self._count == EVERY and passed > 0:
+            if self._count == EVERY and 0 < passed < JUMPED:
                 # The mean, as some come in bursts.
                 self._period = passed if not self._period else max(
                     1, self._period + (min(passed, 3 * self._period) - self._period) // 16)

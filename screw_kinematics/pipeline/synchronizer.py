@@ -10,8 +10,8 @@ from .group_motion import Motion
 from .joint_groups import JointGroup
 from ..errors import Reason
 
-KEPT_UP = 4
-"""A group that came in so many rounds in a row does not lag."""
+KEPT_UP = 10
+"""A group that came in so many rounds in a row, and is no older than they, does not lag."""
 
 
 class Synchronizer:
@@ -20,10 +20,9 @@ class Synchronizer:
 
     A round is complete when every group has arrived since the last one. A group that arrives
     twice in a round does not wait for the others: they lag from then on, until they do the
-    same or have come in many rounds in a row, and are carried on to the present by their
-    derivatives. The instant of a round is
-    that of the oldest motion among the groups that do not lag, since going back in time a
-    little is more exact than going on.
+    same or have kept up for many rounds in a row, and are carried on to the present by their
+    derivatives. The instant of a round is that of the oldest motion among the groups that do
+    not lag, since going back in time a little is more exact than going on.
 
     Parameters
     ----------
@@ -48,7 +47,9 @@ class Synchronizer:
         self._parts: dict[JointGroup, Motion] = {}
         self._fresh: set[JointGroup] = set()
         self._lagging: dict[JointGroup, int] = {}
-        """For each group that lags in how many rounds in a row it came."""
+        """For each group that lags how many rounds in a row it has kept up."""
+        self._at = 0
+        """The instant of the round before [ns]."""
 
     def add(self, group: JointGroup, motion: Motion) -> Motion | Reason:
         """
@@ -87,12 +88,22 @@ class Synchronizer:
         elif behind - self._lagging.keys():
             self._fresh = {group}
             return Reason.MERGED
-        counted = {lagging: n + 1 if lagging in self._fresh else 0
-                   for lagging, n in self._lagging.items()}
-        self._lagging = {lagging: n for lagging, n in counted.items()
-                         if n < KEPT_UP or lagging in behind}
+        self._take_back(behind)
         self._fresh.clear()
         return self._join()
+
+    def _take_back(self, behind: set[JointGroup]) -> None:
+        """
+        Wait again for groups that have kept up; for those behind the others from the next on.
+
+        One that is older than the round before would take the instant back to its own.
+
+        """
+        counted = {
+            group: n + 1 if group in self._fresh and self._parts[group].stamp_ns >= self._at else 0
+            for group, n in self._lagging.items()}
+        self._lagging = {group: n for group, n in counted.items()
+                         if n < KEPT_UP or group in behind}
 
     def _behind(self, group: JointGroup, before: Motion | None, now: Motion) -> set[JointGroup]:
         """Return whose parts belong to the round before, by a group that has come again."""
@@ -117,7 +128,7 @@ class Synchronizer:
 
     def _join(self) -> Motion | Reason:
         instant = min(self._parts[g].stamp_ns for g in self._parts.keys() - self._lagging.keys())
-        n = self._n_joints
+        self._at, n = instant, self._n_joints
         orders = min(len(m.values) // len(g.columns) for g, m in self._parts.items())
         joined = [0.0] * (orders * n)
         known = any(motion.variances for motion in self._parts.values())

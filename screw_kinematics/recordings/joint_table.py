@@ -163,8 +163,9 @@ class JointTable:
             yield from parquet.ParquetFile(self.path).iter_batches(16_384)
             return
         with pyarrow.input_stream(str(self.path), compression='detect') as stream:
-            start = stream.read(1 << 16)
-        head = start.splitlines()[0].decode('utf-8-sig') if start.strip() else ''
+            lines = stream.read(1 << 16).splitlines()
+        # A character may be cut where the line did not end.
+        head = lines[0].decode('utf-8-sig', 'strict' if lines[1:] else 'ignore') if lines else ''
         # Names have blanks too.
         separator = max(',;\t' if {*head} & {*',;\t'} else ' ', key=head.count)
         stamps = {name.strip(' "'): pyarrow.string() for name in head.split(separator)
@@ -199,17 +200,18 @@ class JointTable:
                 f'{self.path}: no column for the position of {_listed(missing)}; seen: '
                 f'{_listed(there)}; name them by --columns {missing[0]}=COLUMN')
         velocity = [found.get(name + VELOCITY) for name in joints]
-        for column in [*stamp, *found.values()]:
-            if there.count(column) > 1:
-                raise ToolError(f'{self.path}: column {column!r} is there '
-                                f'{there.count(column)} times; rename all but one')
-        return _Columns(stamp, tuple(found[name] for name in joints),
-                        tuple(str(name) for name in velocity) if all(velocity) else ())
+        columns = _Columns(stamp, tuple(found[name] for name in joints),
+                           tuple(str(name) for name in velocity) if all(velocity) else ())
+        for name in (*columns.stamp, *columns.position, *columns.velocity):
+            if there.count(name) > 1:
+                raise ToolError(f'{self.path}: column {name!r} is there {there.count(name)} '
+                                'times; rename all but one')
+        return columns
 
     def _by_name(self, there: Sequence[str], joints: Sequence[str]) -> dict[str, str]:
         """Return columns that hold a joint's name, by joint."""
         found: dict[str, str] = {}
-        for column in there:
+        for column in dict.fromkeys(there):
             named = [name for name in joints if re.search(
                 f'(?<![A-Za-z0-9]){re.escape(name)}(?![A-Za-z0-9])', column)]
             if not named:

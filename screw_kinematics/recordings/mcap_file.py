@@ -18,7 +18,7 @@ from struct import error as TooShort, Struct
 from typing import Any, NamedTuple
 from zlib import crc32
 
-from .storage import Connection, Message, plain, ros2_name, zstd
+from .storage import Connection, Message, ros2_name, unpacked, zstd
 from ..errors import MissingExtraError
 
 MAGIC = b'\x89MCAP0\r\n'
@@ -221,8 +221,9 @@ class McapFile:
                     if number in wanted:
                         # A clock that ran below zero is no time: that of the message before.
                         time = log_time if log_time < _NO_TIME else time
-                        found.append(Message(wanted[number].topic, wanted[number].kind, time,
-                                             plain(data[body + 22:at])))
+                        found += unpacked(Message(
+                            wanted[number].topic, wanted[number].kind, time,
+                            data[body + 22:at]), self.path, damage)
                 else:
                     self._learn(data, opcode, body)
         except MissingExtraError:

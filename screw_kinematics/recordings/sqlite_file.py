@@ -10,7 +10,7 @@ import shutil
 import sqlite3
 from tempfile import TemporaryDirectory
 
-from .storage import Connection, Message, plain, ros2_name
+from .storage import Connection, Message, ros2_name, unpacked
 
 _JOURNALS = ('-wal', '-journal')
 _STRIDES = 40
@@ -70,7 +70,7 @@ class SqliteFile:
             for number, received, data in self._database.execute(
                     f'SELECT topic_id, timestamp, data FROM messages WHERE {among} '
                     'ORDER BY timestamp, id'):
-                yield Message(*self._topics[number], received, plain(data))
+                yield from self._message(number, received, data)
                 last = received
         except _ERRORS as error:
             self.damage.append(f'{self.path}: {error}, from {last} ns on' if last > 0
@@ -85,12 +85,15 @@ class SqliteFile:
                 for row, number, received, data in self._database.execute(
                         f'SELECT id, topic_id, timestamp, data FROM messages WHERE id > {row} '
                         f'AND timestamp > {last} AND +{among} ORDER BY id'):
-                    yield Message(*self._topics[number], received, plain(data))
+                    yield from self._message(number, received, data)
                     stride = 1
                 return
             except _ERRORS:
                 row += stride
                 stride *= 2
+
+    def _message(self, number: int, received: int, data: bytes) -> Iterator[Message]:
+        return unpacked(Message(*self._topics[number], received, data), self.path, self.damage)
 
     def _open(self) -> sqlite3.Connection:
         file, mode = self.path, 'immutable=1'

@@ -70,19 +70,15 @@ def zstd() -> Any:
     return zstd
 
 
-def plain(data: bytes) -> bytes:
-    """
-    Return a message that may be compressed by itself; one in CDR begins with a zero.
-
-    One that cannot be unpacked stays as it is, for whoever decodes it to refuse.
-
-    """
-    if data[:4] != ZSTD_MAGIC:
-        return data
+def unpacked(message: Message, path: Path, damage: list[str]) -> Iterator[Message]:
+    """Yield a message that may be compressed by itself; it is damage if that cannot be undone."""
+    if message.data[:4] != ZSTD_MAGIC:      # one in CDR begins with a zero
+        yield message
+        return
     try:
-        return bytes(zstd().decompress(data))
+        yield message._replace(data=bytes(zstd().decompress(message.data)))
     except zstd().ZstdError:
-        return data
+        damage.append(f'{path}: a message on {message.topic} cannot be unpacked')
 
 
 def unpack_file(source: IO[bytes], target: IO[bytes]) -> None:

@@ -28,11 +28,17 @@ def occupied(domain):
     return False
 
 
+def unoccupied():
+    """Yield domains that nobody is in."""
+    yield from (domain for domain in range(1, 101) if not occupied(domain))
+    pytest.fail('somebody is in each of the 100 domains of ROS')
+
+
 @contextmanager
 def own_domain():
     """Give a free ROS_DOMAIN_ID, set in os.environ too, so that child processes have it."""
-    free = (domain for domain in range(1, 101) if not occupied(domain))
-    with domain_coordinator.domain_id(free.__next__) as domain, \
+    free = unoccupied()
+    with domain_coordinator.domain_id(lambda: next(free)) as domain, \
             pytest.MonkeyPatch.context() as patch:
         patch.setenv('ROS_DOMAIN_ID', str(domain))
         patch.setenv('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')

@@ -107,6 +107,16 @@ def test_estimation_needs_no_measured_velocity(velocity):
     assert np.allclose(outputs[-1][1], ARM.state(q, qd).velocity, atol=1e-4)
 
 
+@pytest.mark.parametrize('told, incomplete', [(1, False), (2, True)])
+def test_what_a_covariance_is_made_from_alone_is_not_missed(told, incomplete):
+    """With measured velocities twists come from the first message on, accelerations later."""
+    pipeline = RobotPipeline(ARM.joint_names, MEASURED)
+    program = OneTip(ARM.compile(outputs=('twist', 'reduced_accel')))
+    pipeline.activate(Kinematics(program, covariance=True, order=told))
+    assert len(feed(pipeline, 50)) == 50
+    assert bool(pipeline.account.incomplete) == incomplete
+
+
 def test_nothing_wanted_is_nothing_computed_and_still_accounted_for():
     pipeline = RobotPipeline(ARM.joint_names, MotionSettings())
     assert feed(pipeline, 5) == []

@@ -121,3 +121,12 @@ def test_what_pauses_in_the_stamps_tell_was_lost_is_counted(rate, share):
         if rng.random() < share or k in (499, 500, 899, 900, 1199, 1200):
             result.update(Reading(None, stamp, *map(list, motion(k / rate))))
     assert result.lost == pytest.approx(share * lost, rel=0.01 if share == 1.0 else 0.35, abs=2)
+
+
+@pytest.mark.parametrize('set_at', range(10, 22))
+def test_a_clock_that_is_set_to_today_has_lost_nothing(set_at):
+    group, watched, stamp = JointGroup((0, 1), True), StreamWatch(NAMES), 10**9
+    for k in range(60):
+        stamp += 10**8 + (k == set_at) * 1_790_000_000 * 10**9
+        watched.update(Reading(group, stamp, [0.1 * k, 0.0], None))
+    assert watched.lost == 0

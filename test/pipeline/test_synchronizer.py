@@ -69,9 +69,24 @@ def test_who_missed_a_message_lags_for_some_rounds_only(order):
                     state = joined.add(groups[number], motion([number], k * 4 * MS))
                     if isinstance(state, Motion):
                         whole[k] = state
-        assert len(whole) >= 56 and set(range(25, 60)) <= {
+        assert len(whole) >= 56 and set(range(35, 60)) <= {
             k for k, state in whole.items() if state.stamp_ns == k * 4 * MS}
         assert list(whole) == sorted(whole)
+
+
+@pytest.mark.parametrize('rate', [50, 70, 80, 90, 95, 99])
+@pytest.mark.parametrize('older', [0, 12, 25, -25])
+def test_who_is_a_little_slower_holds_nobody_up_nor_takes_time_back(arm, hand, rate, older):
+    """The hand's stamps are older, by its clock or its filter, than when they arrive."""
+    messages = [(k * 10 * MS, arm, [0, 2], 0) for k in range(1, 1000)] + [
+        (round(k * 1000 * MS / rate) + 3 * MS, hand, [1], older * MS)
+        for k in range(5, 10 * rate)]
+    joined, instants = Synchronizer(3), []
+    for arrival, group, columns, age in sorted(messages, key=lambda message: message[0]):
+        whole = joined.add(group, motion(columns, arrival - age))
+        if isinstance(whole, Motion):
+            instants.append(whole.stamp_ns)
+    assert len(instants) > 880 and instants == sorted(instants)
 
 
 def test_a_slow_group_does_not_hold_up_the_fast_one(arm, hand):

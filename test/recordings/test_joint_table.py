@@ -203,6 +203,14 @@ def test_names_that_are_no_utf_8_or_there_twice(ending, tmp_path):
         samples(path)
 
 
+def test_a_long_line_of_names_is_read_wherever_it_is_cut(tmp_path):
+    stamps, q, _ = motion(50)
+    more = [f'\u03c4_{k}' for k in range(14_000)]
+    path = write(tmp_path / 'x.csv', ['t', *BY_NAME, 'a', *more],
+                 [stamps, *q.T.tolist(), stamps, *[[0] * 50] * len(more)])
+    assert samples(path)[0] == stamps
+
+
 def test_text_among_numbers(tmp_path):
     stamps, q, _ = motion(50)
     columns = [stamps, *q.T.tolist()]
