@@ -15,8 +15,7 @@ cdef class Mixture:
     cdef bint delayed
     cdef Gains gains
     cdef Steps steps
-    cdef double[:, ::1] states      # of one signal's filters: M columns, (4, ...),
-    cdef Py_ssize_t column          # and the first of these
+    cdef double[:, ::1] states      # of one signal's filters, (4, M)
     cdef double[:, ::1] p           # covariances: after the latest step, or smoothed
     # What `look` has found: how far the instant is beyond the states, in TIME_UNIT; the first of
     # the rows of their covariances.

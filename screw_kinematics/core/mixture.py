@@ -32,7 +32,7 @@ class Mixture:
 
     def __init__(self, gains: Gains, steps: Steps, delayed: bool) -> None:
         self.gains, self.steps, self.m = gains, steps, gains.m
-        self.delayed, self.states, self.column = delayed, table(4, gains.m), 0
+        self.delayed, self.states = delayed, table(4, gains.m)
         self.mean, self.p = zeros(4), gains.p
         self.r, self.top, self.variance = 0.0, 0, 0.0
 
@@ -46,12 +46,15 @@ class Mixture:
         and `time` when that was.
         """
         k: cython.Py_ssize_t
+        a: cython.Py_ssize_t
         since: cython.Py_ssize_t
         m: cython.Py_ssize_t = self.m
         first: cython.Py_ssize_t = j * m
         lanes: cython.Py_ssize_t = c.n * m
         if not self.delayed:
-            self.states, self.column = c.x, first
+            for a in range(4):
+                for k in range(m):
+                    self.states[a, k] = c.x[a, first + k]
             self.r, self.top = (at - time) / TIME_UNIT, 0
             return
         slot: cython.Py_ssize_t = i % self.steps.size
@@ -95,7 +98,6 @@ class Mixture:
         h: cython.double = r * TIME_UNIT
         h3: cython.double = h * h * h
         top: cython.Py_ssize_t = self.top
-        column: cython.Py_ssize_t = self.column
         m0: cython.double = 0.0
         m1: cython.double = 0.0
         m2: cython.double = 0.0
@@ -109,12 +111,12 @@ class Mixture:
             if w < NEGLIGIBLE:
                 continue
             total += w
-            x1: cython.double = self.states[1, column + k]
-            x2: cython.double = self.states[2, column + k]
-            b3: cython.double = self.states[3, column + k]
+            x1: cython.double = self.states[1, k]
+            x2: cython.double = self.states[2, k]
+            b3: cython.double = self.states[3, k]
             b2: cython.double = x2 + 3.0 * r * b3
             b1: cython.double = x1 + 2.0 * r * x2 + 3.0 * r2 * b3
-            b0: cython.double = self.states[0, column + k] + r * x1 + r2 * x2 + r3 * b3
+            b0: cython.double = self.states[0, k] + r * x1 + r2 * x2 + r3 * b3
             m0 += w * b0
             m1 += w * b1
             m2 += w * b2

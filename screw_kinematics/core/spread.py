@@ -112,7 +112,6 @@ class Spread:
         first: cython.Py_ssize_t = j * self.m
         share: cython.double = c.lately
         x: cython.double[:, ::1] = found.states
-        at: cython.Py_ssize_t = found.column
         p: cython.double[:, ::1] = found.p
         four: cython.double[::1] = self.gains.four
         excess: cython.double[:, ::1] = c.excess
@@ -121,7 +120,7 @@ class Spread:
             for k in range(self.m - 1):
                 if four[k] != four[k + 1]:
                     continue
-                d: cython.double = x[i, at + k] - x[i, at + k + 1]
+                d: cython.double = x[i, k] - x[i, k + 1]
                 d = d * d
                 if c.shaken and d > excess[i, first + k]:
                     excess[i, first + k] = d
@@ -135,7 +134,6 @@ class Spread:
         k: cython.Py_ssize_t
         first: cython.Py_ssize_t = j * self.m
         x: cython.double[:, ::1] = found.states
-        at: cython.Py_ssize_t = found.column
         p: cython.double[:, ::1] = found.p
         top: cython.Py_ssize_t = found.top
         w: cython.double[::1] = c.weight
@@ -165,10 +163,10 @@ class Spread:
                 continue
             noise: cython.double = mean[first + k] if mean[first + k] > least else least
             s: cython.double = v * (self.known_noise if self.known_noise > 0.0 else noise)
-            d0: cython.double = x[0, at + k] - m0
-            d1: cython.double = x[1, at + k] - m1
-            d2: cython.double = x[2, at + k] - m2
-            d3: cython.double = x[3, at + k] - m3
+            d0: cython.double = x[0, k] - m0
+            d1: cython.double = x[1, k] - m1
+            d2: cython.double = x[2, k] - m2
+            d3: cython.double = x[3, k] - m3
             e[0, 0] += s * p[top, k] + v * d0 * d0
             e[1, 0] += s * p[top + 1, k] + v * d0 * d1
             e[2, 0] += s * p[top + 2, k] + v * d0 * d2
