@@ -142,7 +142,9 @@ class Course:
         rig, result = self._rig, self.result
         begin = time.monotonic()
         try:
-            self._stop_node()       # once soon: queues are then as long as they will ever be
+            # Once soon: queues are then as long as they will ever be.
+            self._stop_listener()
+            self._stop_node()
             pending = list(EVENTS)
             while pending or time.monotonic() - begin < seconds:
                 if len(result.stops) == 1 and time.monotonic() - begin > seconds / 2:
@@ -171,6 +173,14 @@ class Course:
         event(self._rig, self._random)
         self._rig.during = f'the calm after: {name}'
         self._rig.spin(1.0)
+
+    def _stop_listener(self) -> None:
+        """Let a listener stand still for a while, and end it."""
+        self._tell('a listener stopped')
+        self._rig.during = 'a stop of a listener'
+        with self._rig.another_listener() as listener:
+            listener.send_signal(signal.SIGSTOP)
+            self._rig.spin(STOP)
 
     def _stop_node(self) -> None:
         """Let the node stand still for a while; see how it catches up."""
