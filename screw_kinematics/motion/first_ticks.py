@@ -14,9 +14,9 @@ PAUSE, ALIKE = 8.0, 1.5
 """Steps of the first stamps, in periods, beyond which they tell nothing of the period; unless the
 longest is no longer than so many times the shortest of them: messages come in bursts."""
 
-EVEN, FASTEST = 0.15, 1e-4
-"""Deviation of the middle one of the steps, in periods, up to which longer ones are multiples; and
-what a device's period is never below, s: messages that are closer came at once."""
+EVEN, FASTEST = 0.25, 1e-4
+"""Deviation of three of four steps from multiples, in periods, up to which longer ones are taken
+for these; and what a device's period is never below, s: messages that are closer came at once."""
 
 LATEST, IRREGULAR = 1e-2, 0.3
 """Mean deviation of the first stamps from a line, s and in periods, beyond which they are of no
@@ -48,9 +48,9 @@ class FirstTicks:
         if pauses and (len(pauses) == 1 or steps[-1] > ALIKE * steps[-len(pauses)]):
             self._stamps = stamps[pauses[-1]:]
             return None
-        apart = sorted(abs(step - period) for step in steps)
+        apart = sorted(abs(step - period * max(1, round(step / period))) for step in steps)
         numbers = list(map(float, range(FIRST)))
-        if apart[len(apart) // 2] < EVEN * period and period > FASTEST:
+        if apart[3 * len(apart) // 4] < EVEN * period and period > FASTEST:
             for k in range(1, FIRST):
                 numbers[k] = numbers[k - 1] + max(
                     1.0, round((stamps[k] - stamps[k - 1]) / period))
