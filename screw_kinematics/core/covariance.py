@@ -54,10 +54,11 @@ class ThroughJacobian:
         fill(self.variance, variances)
         for each in together:
             fill(self.common, each)
-            self.carry()
             if len(made):
                 fill(self.made, made)
                 made = ()
+            else:
+                self.carry()
             self.add_common()
         self.add()
         return [self.out[i] for i in range(self.rows * self.rows)]

@@ -4,6 +4,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from itertools import accumulate
+
 from .tick_counter import TickCounter
 from ..core.robust_line import Line
 
@@ -42,18 +45,14 @@ class FirstTicks:
         self._stamps = stamps = [*self._stamps[1 - FIRST:], stamp]
         if len(stamps) < FIRST or stamp - stamps[-2] < FASTEST:
             return None
-        steps = sorted(b - a for a, b in zip(stamps, stamps[1:]))
-        period = steps[len(steps) // 2]
-        pauses = [k for k in range(1, FIRST) if stamps[k] - stamps[k - 1] > PAUSE * period]
-        if pauses and (len(pauses) == 1 or steps[-1] > ALIKE * steps[-len(pauses)]):
+        steps = [b - a for a, b in zip(stamps, stamps[1:])]
+        by_length = sorted(steps)
+        period = by_length[len(steps) // 2]
+        pauses = [k for k, step in enumerate(steps, start=1) if step > PAUSE * period]
+        if pauses and (len(pauses) == 1 or by_length[-1] > ALIKE * by_length[-len(pauses)]):
             self._stamps = stamps[pauses[-1]:]
             return None
-        apart = sorted(abs(step - period * max(1, round(step / period))) for step in steps)
-        numbers = list(map(float, range(FIRST)))
-        if apart[3 * len(apart) // 4] < EVEN * period and period > FASTEST:
-            for k in range(1, FIRST):
-                numbers[k] = numbers[k - 1] + max(
-                    1.0, round((stamps[k] - stamps[k - 1]) / period))
+        numbers = [float(number) for number in accumulate(_ticks(steps, period), initial=0)]
         line = Line(FIRST)
         last = numbers[-1]
         for number, each in zip(numbers, stamps):
@@ -66,3 +65,13 @@ class FirstTicks:
         for number, each in zip(numbers, stamps):
             ticks.line.add(number - last, each)
         return ticks
+
+
+def _ticks(steps: Sequence[float], period: float) -> list[int]:
+    """Return how many ticks each step is: multiples of the period, or one where they are none."""
+    if period > FASTEST:
+        ticks = [max(1, round(step / period)) for step in steps]
+        apart = sorted(abs(step - period * d) for step, d in zip(steps, ticks))
+        if apart[3 * len(apart) // 4] < EVEN * period:
+            return ticks
+    return [1] * len(steps)

@@ -162,7 +162,7 @@ class EstimatedMotion:
         outcome = self.estimator.step(reading.stamp_ns, reading.position, velocity)
         if not isinstance(outcome, JointMotion):
             return outcome
-        estimate = outcome
+        estimate = outcome      # whose type is in the .pxd
         values = estimate.values
         if self._order < 3 and not self._covariance:
             values = values[:(self._order + 1) * len(reading.position)]

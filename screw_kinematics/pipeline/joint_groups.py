@@ -163,7 +163,7 @@ class JointGroups:
             found = self._new_layout(sample.names)
         if not isinstance(found, NameLayout):
             return found
-        layout = found
+        layout = found      # whose type is in the .pxd
         if len(sample.position) != layout.length:
             return Reason.WRONG_LENGTH
         position = layout.select(sample.position)
