@@ -64,10 +64,9 @@ class ParallelProgram(Program):
         outputs = checked_outputs(outputs, axes, pole, OUTPUTS)
         order = order_of(outputs)
         dof, passive = manipulator.dof, len(manipulator.passive_joint_names)
-        line, names = trace_outputs(outputs, order, dof, passive, axes, pole)
+        line = trace_outputs(outputs, order, dof, passive, axes, pole)
         super().__init__(line, _sizes(outputs, dof, passive), manipulator.joint_names,
-                         order, axes, pole, manipulator.base_frame, manipulator.tip_frame,
-                         names)
+                         order, axes, pole, manipulator.base_frame, manipulator.tip_frame)
         self.passive_joint_names = manipulator.passive_joint_names
         self._limbs = Limbs(manipulator.limbs, manipulator.joint_names,
                             manipulator.characteristic_length)
@@ -222,7 +221,7 @@ def _sizes(outputs: Sequence[str], dof: int, passive: int) -> dict[str, int]:
 
 
 def trace_outputs(outputs: Sequence[str], order: int, dof: int, passive: int, axes: str,
-                  pole: str) -> tuple[StraightLineProgram, list[str]]:
+                  pole: str) -> StraightLineProgram:
     """
     Return the program from solved quantities to the outputs asked for.
 
@@ -239,12 +238,10 @@ def trace_outputs(outputs: Sequence[str], order: int, dof: int, passive: int, ax
 
     Returns
     -------
-    line : StraightLineProgram
+    StraightLineProgram
         Reads position and rotation of the platform, its reduced states about its frame's
         origin in base axes; then, if among the outputs, the Jacobian, and positions and
         velocities of the passive joints.
-    names : list of str
-        Of what it reads.
 
     """
     sizes = _sizes(outputs, dof, passive)
@@ -266,5 +263,4 @@ def trace_outputs(outputs: Sequence[str], order: int, dof: int, passive: int, ax
             values += parts[name].tolist()
         else:
             values += find_quantity(name, OUTPUTS).of(state).tolist()
-    return straight_line(len(inputs), values), [
-        f'{name}{k}' for name, size in read.items() for k in range(size)]
+    return straight_line(len(inputs), values)

@@ -11,7 +11,7 @@ import numpy as np
 
 from .c_text import c_header, c_source
 from .machine import machine
-from .python_text import python_source
+from .python_text import named_source
 from .quantities import find_quantity
 from .straight_line_program import StraightLineProgram
 from ..errors import InvalidValueError, ShapeError, UnknownNameError
@@ -48,8 +48,6 @@ class Program:
         Whose axes the six-vectors are in, and which point they refer to.
     base_frame, tip_frame : str
         Names for headings.
-    input_names : sequence of str, optional
-        What the line reads. Default: q, then qd, ... up to ``order``.
 
     Attributes
     ----------
@@ -66,8 +64,7 @@ class Program:
 
     def __init__(self, line: StraightLineProgram, sizes: Mapping[str, int],
                  joint_names: Sequence[str], order: int, axes: str = 'base',
-                 pole: str = 'tip', base_frame: str = 'base', tip_frame: str = 'tool',
-                 input_names: Sequence[str] | None = None) -> None:
+                 pole: str = 'tip', base_frame: str = 'base', tip_frame: str = 'tool') -> None:
         self.line = line
         self.outputs = tuple(sizes)
         self.joint_names = tuple(joint_names)
@@ -78,8 +75,6 @@ class Program:
         self.base_frame, self.tip_frame = base_frame, tip_frame
         ends = np.cumsum([0, *sizes.values()]).tolist()
         self.slices = {name: slice(a, b) for name, a, b in zip(sizes, ends, ends[1:])}
-        self.input_names = motion_names(self.dof, order) if input_names is None \
-            else tuple(input_names)
         self._machine = machine(line, self.dof, self.slices)
         self._sample = self._machine.sample
         self.evaluate: Callable[[Sequence[float]], Sequence[float]] = self._machine.evaluate
@@ -152,8 +147,9 @@ class Program:
         Parameters
         ----------
         language : {'python', 'c', 'c_header'}
-            Python needs only ``math``; C is C99 and needs only ``math.h`` and the header,
-            which belongs into the file ``<name>.h``.
+            Python needs only ``math``: a function of q, qd, ... that returns a dictionary. C is
+            C99 and needs only ``math.h`` and the header, which belongs into the file
+            ``<name>.h``.
         name : str
             Name of the function.
 
@@ -178,9 +174,7 @@ class Program:
             raise UnknownNameError('language', language, ('python', 'c', 'c_header'))
         if not name.isidentifier() or iskeyword(name):
             raise InvalidValueError(f'{name!r} is no name of a Python function')
-        order = ', '.join(f'{key} ({n})' for key, n in {**inputs, **sizes}.items())
-        text = python_source(self.line, self.input_names, name, self._comment(name)
-                             + f'\n\nFlat sequences, in this order: {order}.')
+        text = named_source(self.line, name, inputs, sizes, self._comment(name))
         return f'from math import cos, sin, sqrt\n\n\n{text}'
 
     def _comment(self, name: str) -> str:
@@ -237,17 +231,3 @@ class Program:
                 shape = f'({"N, " if ndim == 2 else ""}{self.dof}{"," if ndim == 1 else ""})'
                 raise ShapeError(name, shape + ', all alike', part.shape)
         return parts
-
-
-def motion_names(dof: int, order: int) -> tuple[str, ...]:
-    """
-    Return names of the numbers q, qd, ... up to a derivative.
-
-    Examples
-    --------
-    >>> motion_names(2, 1)
-    ('q1', 'q2', 'qd1', 'qd2')
-
-    """
-    return tuple(f'{derivative}{k}' for derivative in DERIVATIVES[:order + 1]
-                 for k in range(1, dof + 1))

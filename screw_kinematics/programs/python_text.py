@@ -3,52 +3,12 @@
 """The program as the text of one Python function of floats, which needs nothing but ``math``."""
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 import math
 from typing import Any
 
 from .assignments import assignments
 from .straight_line_program import StraightLineProgram
-
-
-def python_source(line: StraightLineProgram, input_names: Sequence[str], name: str = 'evaluate',
-                  docstring: str = '') -> str:
-    """
-    Return the text of a Python function from one sequence to a tuple of floats.
-
-    Parameters
-    ----------
-    line : StraightLineProgram
-        The program.
-    input_names : sequence of str
-        How the entries of the sequence are called in the text.
-    name : str
-        Name of the function.
-    docstring : str
-        Its docstring.
-
-    Examples
-    --------
-    >>> from screw_kinematics.programs.tracing import Graph, straight_line
-    >>> x, y = Graph().inputs(2)
-    >>> print(python_source(straight_line(2, [x.sin() * y + 2]), ['x', 'y']))
-    def evaluate(values, sin=sin, cos=cos, sqrt=sqrt):
-        x, y, = values
-        return y * sin(x) + 2.0,
-    <BLANKLINE>
-
-    """
-    text = assignments(line, input_names)
-    # The functions are defaults, so that the interpreter finds them among the locals.
-    rows = [f'def {name}(values, sin=sin, cos=cos, sqrt=sqrt):']
-    if docstring:
-        docstring = docstring.replace('\\', '\\\\').replace('"', "'")    # names hold anything
-        rows += [*f'    """{docstring}'.replace('\n', '\n    ').splitlines(), '    """']
-    if input_names:
-        rows += [f'    {", ".join(input_names)}, = values']
-    rows += [f'    {target} = {expression}' for target, expression in text.body]
-    rows += [f'    return {", ".join(text.outputs)},']
-    return '\n'.join(rows) + '\n'
 
 
 def named_source(line: StraightLineProgram, name: str, inputs: Mapping[str, int],
@@ -106,7 +66,14 @@ def named_source(line: StraightLineProgram, name: str, inputs: Mapping[str, int]
 def python_function(line: StraightLineProgram, sin: Callable[..., Any], cos: Callable[..., Any],
                     sqrt: Callable[..., Any] = math.sqrt) -> Callable[..., Any]:
     """Return the program as a function from a sequence, of floats or arrays, to a tuple."""
-    source = python_source(line, [f'i{k}' for k in range(line.n_inputs)])
+    names = [f'i{k}' for k in range(line.n_inputs)]
+    text = assignments(line, names)
+    # The functions are defaults, so that the interpreter finds them among the locals.
+    rows = ['def evaluate(values, sin=sin, cos=cos, sqrt=sqrt):']
+    if names:
+        rows += [f'    {", ".join(names)}, = values']
+    rows += [f'    {target} = {expression}' for target, expression in text.body]
+    rows += [f'    return {", ".join(text.outputs)},']
     scope = {'sin': sin, 'cos': cos, 'sqrt': sqrt}
-    exec(compile(source, '<screw_kinematics program>', 'exec'), scope)
+    exec(compile('\n'.join(rows), '<screw_kinematics program>', 'exec'), scope)
     return scope['evaluate']
