@@ -30,6 +30,8 @@ class MimicCoupling:
     ----------
     joint_names : tuple of str
         The measured joints, in the order of their first use.
+    dof : int
+        How many they are.
     joint_kinds : tuple of str
         Their kinds; that of one outside the chain is what its followers say of it.
     prismatic : array of bool, shape (dof,)
@@ -65,6 +67,7 @@ class MimicCoupling:
                     f'joint {joint.name!r} follows {joint.source!r}, which follows another '
                     'joint itself; a followed joint must be a measured one')
         self.joint_names = tuple(dict.fromkeys(joint.source for joint in joints))
+        self.dof = len(self.joint_names)
         self._columns = [self.joint_names.index(joint.source) for joint in joints]
         measured = [measured_as(joints, name) for name in self.joint_names]
         self.joint_kinds = tuple(kind for kind, _ in measured)
@@ -74,11 +77,6 @@ class MimicCoupling:
         mimics = [joint.mimic for joint in joints]
         self._multipliers = np.array([1 if m is None else m.multiplier for m in mimics])
         self._offsets = np.array([0 if m is None else m.offset for m in mimics])
-
-    @property
-    def dof(self) -> int:
-        """Return the number of measured joints."""
-        return len(self.joint_names)
 
     def values(self, q: Any, order: int = 0) -> Array:
         """

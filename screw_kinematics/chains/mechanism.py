@@ -27,7 +27,16 @@ MAX_ORDER = 4
 class Mechanism(ABC):
     """A mechanism that moves a tip frame relative to a base frame by measured joints."""
 
-    joint_names: Any
+    joint_names: tuple[str, ...]
+    """Of the measured joints, in the order of q."""
+    dof: int
+    """Number of measured joints."""
+    joint_kinds: tuple[str, ...]
+    """Of the measured joints: 'revolute', 'continuous' or another."""
+    prismatic: Array
+    """Which measured joints are in m rather than rad, shape (dof,)."""
+    velocity_limits: Array
+    """Their largest speeds [rad/s, m/s], infinite if unknown; shape (dof,)."""
     base_frame: str
     tip_frame: str
     warnings: tuple[str, ...] = ()
@@ -36,26 +45,6 @@ class Mechanism(ABC):
     """Poses in the tip frame of the frames that are fixed to it, itself among them [m]."""
     fixed_to_base: Mapping[str, Array]
     """The same of the base frame."""
-
-    @property
-    @abstractmethod
-    def dof(self) -> int:
-        """Return the number of measured joints."""
-
-    @property
-    @abstractmethod
-    def prismatic(self) -> Array:
-        """Return which measured joints are in m rather than rad, shape (dof,)."""
-
-    @property
-    @abstractmethod
-    def joint_kinds(self) -> tuple[str, ...]:
-        """Return the kinds of the measured joints: 'revolute', 'continuous' or another."""
-
-    @property
-    @abstractmethod
-    def velocity_limits(self) -> Array:
-        """Return their largest speeds [rad/s, m/s], infinite if unknown; shape (dof,)."""
 
     @abstractmethod
     def with_tool(self, T_tip_tool: Any,    # noqa: N803

@@ -75,32 +75,15 @@ class SerialChain(Manipulator):
         self.T_base_tool = rigid_displacement('T_base_tool', T_base_tool)
         self.fixed_frames = _with_itself(tip_frame, fixed_frames)
         self.fixed_to_base = _with_itself(base_frame, fixed_to_base)
-        self._coupling = MimicCoupling(self.joints, repr(self))
+        self._coupling = coupling = MimicCoupling(self.joints, repr(self))
+        # Mimic joints are folded in.
+        self.joint_names, self.dof = coupling.joint_names, coupling.dof
+        self.joint_kinds, self.prismatic = coupling.joint_kinds, coupling.prismatic
+        self.velocity_limits = coupling.velocity_limits
 
     def __repr__(self) -> str:
         return (f'SerialChain({self.name or "unnamed"}: {len(self.joints)} joints, '
                 f'{self.base_frame} -> {self.tip_frame})')
-
-    @property
-    def joint_names(self) -> tuple[str, ...]:
-        """Return the names of the measured joints: mimic joints are folded in."""
-        return self._coupling.joint_names
-
-    @property
-    def dof(self) -> int:
-        return self._coupling.dof
-
-    @property
-    def joint_kinds(self) -> tuple[str, ...]:
-        return self._coupling.joint_kinds
-
-    @property
-    def velocity_limits(self) -> Array:
-        return self._coupling.velocity_limits
-
-    @property
-    def prismatic(self) -> Array:
-        return self._coupling.prismatic
 
     def with_tool(self, T_tip_tool: Any,    # noqa: N803
                   tip_frame: str | None = None) -> SerialChain:

@@ -20,7 +20,6 @@ from .loop_closure import close_at_pose, close_loops
 from .program import ParallelProgram
 from .rates import joint_rates, platform_states
 from .screw_system import RANK_TOLERANCE
-from ..chains.joint import Joint
 from ..chains.manipulator import Manipulator
 from ..chains.serial_chain import SerialChain
 from ..errors import InvalidValueError
@@ -60,6 +59,19 @@ class ParallelManipulator(Manipulator):
         Default: 1e-8, and 1e-2 if the measurements are redundant, since real ones
         contradict each other.
 
+    Attributes
+    ----------
+    limbs : tuple of SerialChain
+        Each an open chain from base to platform.
+    joints : tuple of Joint
+        Those of all limbs.
+    passive_joint_names : tuple of str
+        Of the joints that are not measured, limb by limb.
+    mobility : int
+        Number of freedoms of the platform and the actuated joints together.
+    home : ClosedPosture
+        Where the assembly mode is found.
+
     Raises
     ------
     InvalidValueError
@@ -93,10 +105,17 @@ class ParallelManipulator(Manipulator):
         self.tip_frame = tip_frame
         self.name = name
         self._limbs = Limbs(tuple(limbs), tuple(actuated), length=characteristic_length)
+        self.limbs = self._limbs.chains
+        self.joints = tuple(joint for chain in self.limbs for joint in chain.joints)
+        self.characteristic_length = self._limbs.length
         self.fixed_frames = {**self.limbs[0].fixed_frames, tip_frame: np.eye(4)}
         self.fixed_to_base = self.limbs[0].fixed_to_base
         self.joint_names = self._limbs.actuated
         self.passive_joint_names = self._limbs.passive
+        self.dof = dof = len(self.joint_names)
+        self.joint_kinds = self._limbs.joint_kinds[:dof]
+        self.prismatic = ~self._limbs.turning[:dof]
+        self.velocity_limits = self._limbs.velocity_limits[:dof]
         solution = close_loops(self._limbs, self._limbs.positions(home or {}))
         self.mobility = solution.system.mobility()
         if solution.system.direct_conditioning < RANK_TOLERANCE:
@@ -114,37 +133,6 @@ class ParallelManipulator(Manipulator):
         return (f'ParallelManipulator({self.name or "unnamed"}: {len(self.limbs)} limbs, '
                 f'{self.dof} actuated and {len(self.passive_joint_names)} passive joints, '
                 f'{self.base_frame} -> {self.tip_frame})')
-
-    @property
-    def dof(self) -> int:
-        return len(self._limbs.actuated)
-
-    @property
-    def prismatic(self) -> Array:
-        return np.asarray(~self._limbs.turning[:self.dof])
-
-    @property
-    def limbs(self) -> tuple[SerialChain, ...]:
-        """Return the limbs, each an open chain from base to platform."""
-        return self._limbs.chains
-
-    @property
-    def joint_kinds(self) -> tuple[str, ...]:
-        return self._limbs.joint_kinds[:self.dof]
-
-    @property
-    def velocity_limits(self) -> Array:
-        return self._limbs.velocity_limits[:self.dof]
-
-    @property
-    def characteristic_length(self) -> float:
-        """Return the length by which angles and lengths are made comparable [m]."""
-        return self._limbs.length
-
-    @property
-    def joints(self) -> tuple[Joint, ...]:
-        """Return the joints of all limbs."""
-        return tuple(joint for chain in self.limbs for joint in chain.joints)
 
     def with_tool(self, T_tip_tool: Any,    # noqa: N803
                   tip_frame: str | None = None) -> ParallelManipulator:
