@@ -8,7 +8,7 @@ each other, how many freedoms there are, and whether the actuators hold the plat
 """
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -235,20 +235,17 @@ class ParallelManipulator(Manipulator):
 
         Raises
         ------
-        ShapeError, InvalidValueError
-            As of every manipulator.
         ClosureError, AssemblyModeError, SingularityError
             The way does not lead to a posture; the message says why and where.
 
         """
-        motion = self._motion(q, derivatives)
-        shape, order = motion[0].shape[:-1], len(derivatives)
-        postures = list(self._along(motion[0], start))
-        rates = np.stack(motion, axis=-2).reshape(-1, order + 1, self.dof)[:, 1:]
-        found = [platform_states(self._limbs, posture, list(given))[0]
-                 for posture, given in zip(postures, rates)]
-        pose = np.array([posture.pose for posture in postures]).reshape(*shape, 4, 4)
-        states = [np.array([x[n] for x in found]).reshape(*shape, 6) for n in range(order)]
+        q, *rates = self._motion(q, derivatives)
+        postures, pose = self._along(q, start)
+        given = [d.reshape(-1, self.dof) for d in rates]
+        found = [platform_states(self._limbs, posture, [d[k] for d in given])[0]
+                 for k, posture in enumerate(postures)]
+        states = [np.array([x[n] for x in found]).reshape(*q.shape[:-1], 6)
+                  for n in range(len(rates))]
         return BodyState(pose, tuple(states), pose[..., :3, 3],
                          base_frame=self.base_frame, tip_frame=self.tip_frame)
 
@@ -272,19 +269,15 @@ class ParallelManipulator(Manipulator):
 
         Raises
         ------
-        ShapeError, InvalidValueError, UnknownNameError
-            As of every manipulator.
         ClosureError, AssemblyModeError, SingularityError
             The way does not lead to a posture; the message says why and where.
 
         """
         check_axes(axes)
         (q,) = self._motion(q, ())
-        postures = list(self._along(q, start))
-        shape = q.shape[:-1]
-        poses = np.array([posture.pose for posture in postures]).reshape(*shape, 4, 4)
+        postures, poses = self._along(q, start)
         columns = np.array([posture.system.jacobian.T for posture in postures])
-        columns = columns.reshape(*shape, self.dof, 6)
+        columns = columns.reshape(*q.shape, 6)
         offset = resolve_pole(pole, poses)[1] - poses[..., :3, 3]
         columns = shift_pole(columns, offset[..., None, :])
         if axes == 'tip':
@@ -393,7 +386,7 @@ class ParallelManipulator(Manipulator):
 
     def skeleton(self, q: Any) -> tuple[Array, ...]:
         (q,) = self._motion(q, ())
-        samples = [list(self.points(posture).values()) for posture in self._along(q, None)]
+        samples = [self._limbs.points(posture.joints) for posture in self._along(q, None)[0]]
         return tuple(np.array(limb).reshape(q.shape[:-1] + limb[0].shape)
                      for limb in zip(*samples))
 
@@ -404,11 +397,15 @@ class ParallelManipulator(Manipulator):
     def _joint_vector(self, name: str, value: Any) -> Array:
         return finite_array(f'{name} of {self!r}', value, (self.dof,))
 
-    def _along(self, q: Array, start: ClosedPosture | None) -> Iterator[ClosedPosture]:
-        """Give the posture of each sample, found from the one before."""
+    def _along(self, q: Array, start: ClosedPosture | None,
+               ) -> tuple[list[ClosedPosture], Array]:
+        """Return the posture of each sample, found from the one before, and all their poses."""
+        postures = []
         for sample in q.reshape(-1, self.dof):
             start = self.posture(sample, start)
-            yield start
+            postures.append(start)
+        poses = np.array([posture.pose for posture in postures])
+        return postures, poses.reshape(*q.shape[:-1], 4, 4)
 
     def _motion(self, q: Any, derivatives: tuple[Any, ...]) -> list[Array]:
         """Return positions and derivatives of the actuated joints, all of one shape."""
