@@ -15,7 +15,7 @@ from .loop_closure import close_loops
 from .posture_tracker import PostureTracker
 from ..errors import ClosureError, InvalidValueError
 from ..programs.program import Program
-from ..programs.quantities import ALL, checked_outputs, find_quantity, order_of
+from ..programs.quantities import checked_outputs, find_quantity, order_of, WITHOUT_SCREWS
 from ..programs.straight_line_program import StraightLineProgram
 from ..programs.tracing import Graph, straight_line
 from ..screws.body_state import BodyState
@@ -25,10 +25,8 @@ from ..screws.se3 import Array
 if TYPE_CHECKING:
     from .manipulator import ParallelManipulator
 
-__all__ = ['OUTPUTS', 'ParallelProgram']
+__all__ = ['ParallelProgram']
 
-OUTPUTS = tuple(q.name for q in ALL if q.name not in ('screws', 'coriolis_lie'))
-"""Names of the outputs there are."""
 FURTHER = ('jacobian', 'passive_position', 'passive_velocity')
 """What is read after pose and states, in this order, where asked for."""
 
@@ -61,7 +59,7 @@ class ParallelProgram(Program):
 
     def __init__(self, manipulator: ParallelManipulator, outputs: Iterable[str],
                  axes: str = 'base', pole: str = 'tip') -> None:
-        outputs = checked_outputs(outputs, axes, pole, OUTPUTS)
+        outputs = checked_outputs(outputs, axes, pole, WITHOUT_SCREWS)
         order = order_of(outputs)
         dof, passive = manipulator.dof, len(manipulator.passive_joint_names)
         line = trace_outputs(outputs, order, dof, passive, axes, pole)
@@ -217,7 +215,7 @@ class ParallelProgram(Program):
 
 def _sizes(outputs: Sequence[str], dof: int, passive: int) -> dict[str, int]:
     """Return how many numbers each output has."""
-    return {name: find_quantity(name, OUTPUTS).size(dof, passive=passive) for name in outputs}
+    return {name: find_quantity(name, WITHOUT_SCREWS).size(dof, passive=passive) for name in outputs}
 
 
 def trace_outputs(outputs: Sequence[str], order: int, dof: int, passive: int, axes: str,
@@ -228,7 +226,7 @@ def trace_outputs(outputs: Sequence[str], order: int, dof: int, passive: int, ax
     Parameters
     ----------
     outputs : sequence of str
-        Any of OUTPUTS.
+        Any of WITHOUT_SCREWS.
     order : int
         Number of reduced states.
     dof, passive : int
@@ -262,5 +260,5 @@ def trace_outputs(outputs: Sequence[str], order: int, dof: int, passive: int, ax
         elif name in parts:
             values += parts[name].tolist()
         else:
-            values += find_quantity(name, OUTPUTS).of(state).tolist()
+            values += find_quantity(name, WITHOUT_SCREWS).of(state).tolist()
     return straight_line(len(inputs), values)

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from .machine import Machine, machine
-from .quantities import ALL, checked_outputs, order_of
+from .quantities import checked_outputs, find_quantity, order_of, WITHOUT_SCREWS
 from .tracing import Graph, straight_line
 from ..screws.body_components import states_from_body_derivatives
 from ..screws.body_state import BodyState
@@ -34,8 +34,8 @@ BASE_INPUTS = 12 + 4 * 6
 AT_REST = (*[0.0] * 3, *np.eye(3).ravel().tolist(), *[0.0] * 24)
 """The motion of a base that stands at the origin of the world."""
 
-OUTPUTS = {q.name: q for q in ALL if q.name not in ('screws', 'coriolis_lie')}
-"""What can be had."""
+PASSED = ('passive_position', 'passive_velocity')
+"""What no motion of the base changes."""
 
 _REDUCED = ('twist', 'reduced_accel', 'reduced_jerk', 'reduced_snap')
 _SERIES = 9
@@ -77,8 +77,8 @@ class MovingBaseProgram:
 
     def __init__(self, model: Any, outputs: Iterable[str], axes: str = 'base',
                  pole: str = 'tip') -> None:
-        outputs = checked_outputs(outputs, axes, pole, OUTPUTS)
-        passed = tuple(name for name in outputs if OUTPUTS[name].per == 'passive joint')
+        outputs = checked_outputs(outputs, axes, pole, WITHOUT_SCREWS)
+        passed = tuple(name for name in outputs if name in PASSED)
         self.order = order_of(outputs)
         self._states = _REDUCED[:self.order]
         jacobian = ('jacobian',) if 'jacobian' in outputs else ()
@@ -168,13 +168,13 @@ class MovingBaseProgram:
         """Return an output, from the robot's motion relative to the base, and the base's."""
         size = self._inner_size
         part = {key: graph[place] for key, place in self._inner.slices.items()}
-        if OUTPUTS[name].per == 'passive joint':
+        if name in PASSED:
             return [*part[name]]
         base, components = pose_from_row(graph[size:size + 12]), list(
             graph[size + 12:].reshape(4, 6))
         arm = pose_from_row(part['pose'])
         tip = arm[:3, 3]
-        pose = _product(base, arm)
+        pose = base @ arm
         if name == 'pose':
             return [*row_of_pose(pose)]
         # All in axes of the base and about the tip, until they are known.
@@ -190,7 +190,7 @@ class MovingBaseProgram:
         seen = [rotate(to_axes, shift_pole(x, to_pole))
                 for x in compose(carrier, [part[state] for state in self._states])]
         point = pose[:3, 3] if pole == 'tip' else np.zeros(3)
-        return [*OUTPUTS[name].of(BodyState(pose, tuple(seen), point, pole, axes))]
+        return [*find_quantity(name).of(BodyState(pose, tuple(seen), point, pole, axes))]
 
 
 def carry(values: Sequence[float]) -> Sequence[float]:
@@ -249,7 +249,7 @@ def _carrier() -> Machine:
     h = since_pose
     way = components[0] * h - components[1] * (h**2 / 2) + components[2] * (h**3 / 6) \
         - components[3] * (h**4 / 24) + lie_product(components[0], components[1]) * (h**3 / 12)
-    pose = _product(pose_from_row(graph[:12]), _displacement(way))
+    pose = pose_from_row(graph[:12]) @ _displacement(way)
     return machine(straight_line(len(graph), [
         *row_of_pose(pose), *(x for y in components for x in y)]))
 
@@ -264,14 +264,5 @@ def _displacement(way: Array) -> Array:
     T = np.zeros((4, 4), dtype=object)    # noqa: N806
     T[:3, :3] = np.eye(3).astype(object) + W * sine + W2 * cosine
     T[:3, 3] = way[3:] + matvec(W * cosine + W2 * third, way[3:])
-    T[3, 3] = 1
-    return T
-
-
-def _product(first: Array, second: Array) -> Array:
-    """Return the product of two poses of traced scalars."""
-    T = np.zeros((4, 4), dtype=object)    # noqa: N806
-    T[:3, :3] = first[:3, :3] @ second[:3, :3]
-    T[:3, 3] = matvec(first[:3, :3], second[:3, 3]) + first[:3, 3]
     T[3, 3] = 1
     return T

@@ -17,7 +17,7 @@ from ..screws.reference import check_axes, FRAMES
 from ..screws.se3 import Array
 
 __all__ = ['ALL', 'checked_outputs', 'find_quantity', 'NAMES', 'order_of', 'Part', 'Quantity',
-           'SIX_VECTORS']
+           'SIX_VECTORS', 'WITHOUT_SCREWS']
 
 PER_SECOND = ('', '/s', '/s^2', '/s^3', '/s^4')
 
@@ -211,6 +211,9 @@ SIX_VECTORS = tuple(quantity for quantity in ALL if quantity.is_state)
 """Those that are six-vectors of a body's state."""
 NAMES = tuple(quantity.name for quantity in ALL if quantity.per != 'passive joint')
 """Names of what an open chain has."""
+WITHOUT_SCREWS = tuple(quantity.name for quantity in ALL
+                       if quantity.name not in ('screws', 'coriolis_lie'))
+"""All but the joints' screws and their products: of parallel robots, and on a moving base."""
 _BY_NAME = {quantity.name: quantity for quantity in ALL}
 _LONG = {'velocity': 'twist', 'acceleration': 'accel',
          'reduced_acceleration': 'reduced_accel', 'jounce': 'snap', 'reduced_jounce':

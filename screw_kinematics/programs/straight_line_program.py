@@ -3,7 +3,6 @@
 """Programs without branches: what tracing yields and the backends write out."""
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple, Union
 
@@ -82,43 +81,3 @@ class StraightLineProgram:
             if isinstance(output, int):
                 uses[output] += 1
         return uses
-
-    def part(self, inputs: Sequence[int], outputs: Sequence[Union[int, float]],
-             ) -> StraightLineProgram:
-        """
-        Return the part of the program that leads from some of its values to others.
-
-        Parameters
-        ----------
-        inputs : sequence of int
-            Values taken as given: the inputs of the part. Negative ones are placeholders,
-            inputs that nothing reads.
-        outputs : sequence of int or float
-            Values the part shall compute from them, or constants.
-
-        Returns
-        -------
-        StraightLineProgram
-            A program of its own.
-
-        """
-        new_index = {value: k for k, value in enumerate(inputs) if value >= 0}
-        needed = set()
-        pending = [value for value in outputs if isinstance(value, int)]
-        while pending:
-            value = pending.pop()
-            if value not in new_index and value not in needed:
-                needed.add(value)
-                pending.extend(self.operations[value - self.n_inputs].operands)
-
-        def renumbered(x: Union[int, float]) -> Union[int, float]:
-            return new_index[x] if isinstance(x, int) else x
-
-        operations = []
-        for value in sorted(needed):
-            kind, left, right = self.operations[value - self.n_inputs]
-            operations.append(Operation(
-                kind, renumbered(left), None if right is None else renumbered(right)))
-            new_index[value] = len(inputs) + len(operations) - 1
-        return StraightLineProgram(len(inputs), tuple(operations),
-                                   tuple(renumbered(value) for value in outputs))

@@ -194,7 +194,7 @@ class ParallelFormulas:
         """Return axes and points less the platform's position, from base or platform."""
         exact = exact_chain(limb, self._tolerance)
         values = exact.joint_values(self._symbols(limb, 0))
-        base = Posture(exact.joints, exact.T_base_tool, values)
+        base = exact.posture(self._symbols(limb, 0))
         home = np.asarray(limb.T_base_tool, dtype=float)
         back = exact_chain(SerialChain([
             Joint(j.name, 'revolute' if j.kind == 'continuous' else j.kind,

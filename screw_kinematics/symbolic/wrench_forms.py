@@ -22,7 +22,7 @@ from ..errors import InvalidValueError, ScrewKinematicsError
 from ..parallel.closed_posture import ClosedPosture
 from ..parallel.manipulator import ParallelManipulator
 from ..screws.screw import unit_screw
-from ..screws.se3 import Array, klein_form
+from ..screws.se3 import Array, cross, klein_form
 
 __all__ = ['closed_postures', 'constant_work', 'wrench_forms', 'WrenchForm']
 
@@ -72,9 +72,7 @@ class WrenchForm(NamedTuple):
         if self.kind == 'line':
             return points[self.second] - points[self.first]
         if self.kind == 'across':
-            a, b = axes[self.first], axes[self.second]
-            return np.array([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2],
-                             a[0] * b[1] - a[1] * b[0]])
+            return cross(axes[self.first], axes[self.second])
         if self.kind == 'axis':
             return np.eye(3, dtype=int)[self.first]
         return axes[self.second if self.kind == 'parallel' else self.first]
@@ -148,8 +146,7 @@ def wrench_forms(robot: ParallelManipulator, limb: SerialChain,
         is_passive = [name in robot.passive_joint_names for name in limb.joint_names]
         every.append(columns)
         passive.append(columns[is_passive])
-        at = Posture(limb.joints, limb.T_base_tool, limb.joint_values(q))
-        placed.append((at, posture.pose[:3, 3]))
+        placed.append((limb.posture(q), posture.pose[:3, 3]))
     actuation, constraint = (len(w[index]) for w in robot.wrenches(postures[0]))
     chosen: list[WrenchForm] = []
     for columns_at, count, holds in ((every, constraint, True), (passive, actuation, False)):
@@ -213,9 +210,9 @@ def constant_work(form: WrenchForm, robot: ParallelManipulator, limb: SerialChai
     works = []
     for posture in postures:
         q = _values(robot, limb, posture)
-        at = Posture(limb.joints, limb.T_base_tool, limb.joint_values(q))
-        works.append(float(klein_form(_scaled(form, at, posture.pose[:3, 3], 1.0),
-                                      limb.jacobian(q)[:, column])))
+        works.append(float(klein_form(
+            _scaled(form, limb.posture(q), posture.pose[:3, 3], 1.0),
+            limb.jacobian(q)[:, column])))
     return works[0] if np.ptp(works) < RECIPROCAL else None
 
 

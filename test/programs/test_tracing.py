@@ -63,15 +63,6 @@ def test_nested_expressions_of_any_depth():
     assert run(straight_line(2, [value]), [0.7, 0.9])[0] == pytest.approx(expected, rel=1e-12)
 
 
-def test_the_part_of_a_program_between_its_values():
-    x, y = Graph().inputs(2)
-    line = straight_line(2, [(x * y).sin() + x])
-    product, sine = 2, 3
-    before, after = line.part([0, 1], [product]), line.part([0, -1, sine], line.outputs)
-    assert run(before, [0.3, 0.4]) == (0.3 * 0.4,)
-    assert run(after, [0.3, math.nan, 0.5]) == (0.8,)
-
-
 def test_a_traced_value_takes_no_decisions():
     x, = Graph().inputs(1)
     with pytest.raises(TypeError, match='not known yet'):
