@@ -98,7 +98,8 @@ class MarkerPublisher:
         body = self._body(state)
         markers = [*markers_of_state(body), self._trail_to(stamp_ns, body.pose[:3, 3])]
         if self._ellipsoids is not None:
-            markers += markers_of_uncertainty(body, self._ellipsoids.of(state), self._deviations)
+            markers += markers_of_uncertainty(body, self._ellipsoids.of(state, body),
+                                              self._deviations)
         for marker in markers:
             marker.header.frame_id = self._frame_id
             marker.header.stamp = Time(sec=stamp_ns // SECOND, nanosec=stamp_ns % SECOND)

@@ -10,7 +10,7 @@ import numpy as np
 from .kinematics import State
 from .message_writers import JointColumns, Slices
 from .settings import RobotSettings
-from ..screws.rigid import pose_from_row
+from ..screws.body_state import BodyState
 from ..screws.se3 import Array
 
 
@@ -38,7 +38,7 @@ class TipEllipsoids:
     Parameters
     ----------
     slices : mapping from str to slice
-        Where pose, twist, reduced acceleration and Jacobian are among the values of a state.
+        Where the Jacobian is among the values of a state.
     settings : RobotSettings
         Axes and reference point of the program.
     joints : JointColumns
@@ -47,29 +47,31 @@ class TipEllipsoids:
     """
 
     def __init__(self, slices: Slices, settings: RobotSettings, joints: JointColumns) -> None:
-        self._pose, self._jacobian = slices['pose'], slices['jacobian']
-        self._twist, self._accel = slices['twist'], slices['reduced_accel']
-        self._in_base = settings.expressed_in == 'base'
-        self._at_base = settings.reference_point == 'base'
+        self._jacobian = slices['jacobian']
+        self._axes, self._pole = settings.expressed_in, settings.reference_point
         self._joints = joints
 
-    def of(self, state: State) -> list[Ellipsoid | None]:
-        """Return the four, None where nothing is known of how uncertain it is."""
-        values = state.values
-        pose = pose_from_row(np.array(values[self._pose]))
-        columns = np.column_stack([np.reshape(values[self._jacobian], (6, -1)),
-                                   values[self._twist], values[self._accel]])
-        turning, moving = columns[:3], columns[3:]
-        if not self._in_base:
-            turning, moving = pose[:3, :3] @ turning, pose[:3, :3] @ moving
-        if self._at_base:       # from the point at the base's origin to the tip
-            moving = moving + np.cross(turning, pose[:3, 3], axisa=0, axisc=0)
-        jacobian = np.concatenate([turning, moving])[:, :-2].ravel().tolist()
-        # The tip's angular and classical linear acceleration, which are its twist's rates.
-        rates = [*turning[:, -1], *(moving[:, -1] + np.cross(turning[:, -2], moving[:, -2]))]
+    def of(self, state: State, tip: BodyState) -> list[Ellipsoid | None]:
+        """
+        Return the four, None where nothing is known of how uncertain it is.
+
+        Parameters
+        ----------
+        state : State
+            With the variances of its joints.
+        tip : BodyState
+            Motion of the tip in it, about the tip, in base axes.
+
+        """
+        # Columns are twists per unit rate: they go to other poles and axes as states do.
+        columns = np.reshape(state.values[self._jacobian], (6, -1)).T
+        pole = tip.pole_in_base if self._pole == 'tip' else np.zeros(3)
+        seen = BodyState(tip.pose, (columns,), pole, self._pole, self._axes)
+        jacobian = seen.about('tip').expressed_in('base').velocity.T.ravel().tolist()
         found = []
-        for order, known in ((1, rates), (2, [])):
-            covariance = np.reshape(self._joints.covariance(state, order, jacobian, known), (6, 6))
+        # The tip's classical acceleration is its twist's rate.
+        for order, rates in ((1, tip.classical(2).tolist()), (2, [])):
+            covariance = np.reshape(self._joints.covariance(state, order, jacobian, rates), (6, 6))
             found += [ellipsoid(covariance[:3, :3]), ellipsoid(covariance[3:, 3:])]
         return found
 
