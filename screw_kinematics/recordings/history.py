@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from ..programs.quantities import SIX_VECTORS
+from ..screws.rotations import pose, rotation_from_quaternion
 from ..screws.se3 import Array
 
 QUANTITIES = ('pose', *(quantity.name for quantity in SIX_VECTORS))
@@ -38,3 +39,12 @@ class History:
     time: Array
     values: Mapping[str, Array]
     start: int = 0
+
+    @classmethod
+    def of_rows(cls, name: str, base_frame: str, tip_frame: str, stamps: Array,
+                rows: Mapping[str, Array]) -> History:
+        """Return the history of rows as messages have them: of a pose (N, 7), stamps in ns."""
+        values = {quantity: row if quantity != 'pose' else pose(
+            rotation_from_quaternion(row[:, 3:]), row[:, :3]) for quantity, row in rows.items()}
+        return cls(name, base_frame, tip_frame, (stamps - stamps[0]) * 1e-9, values,
+                   int(stamps[0]))

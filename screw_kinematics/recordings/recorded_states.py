@@ -16,7 +16,6 @@ from .recording import Recording
 from ..errors import ToolError, UnknownNameError
 from ..messages.state_messages import read_states
 from ..pipeline.outputs import KINDS, RECORDED
-from ..screws.rotations import pose, rotation_from_quaternion
 from ..screws.se3 import Array
 
 
@@ -68,13 +67,10 @@ def _history(robot: str, messages: dict[str, list[bytes]], tip_frame: str) -> Hi
         common = np.intersect1d(common, other)
     if not len(common):
         raise ToolError(f'{robot}: no instant has all of {", ".join(messages)}')
-    values = {}
-    for quantity, block in blocks.items():
-        rows = block[np.searchsorted(stamps[quantity], common)]
-        values[quantity] = rows if quantity != 'pose' else pose(
-            rotation_from_quaternion(rows[:, 3:]), rows[:, :3])
+    rows = {quantity: block[np.searchsorted(stamps[quantity], common)]
+            for quantity, block in blocks.items()}
     frame = _frame_id(next(iter(messages.values()))[0])
-    return History(robot, frame, tip_frame, (common - common[0]) * 1e-9, values, int(common[0]))
+    return History.of_rows(robot, frame, tip_frame, common, rows)
 
 
 def _frame_id(message: bytes) -> str:

@@ -12,7 +12,6 @@ import numpy as np
 from .history import History, QUANTITIES
 from ..errors import MissingExtraError, ToolError, UnknownNameError
 from ..programs.quantities import find_quantity
-from ..screws.rotations import pose, rotation_from_quaternion
 from ..screws.se3 import Array
 
 ENDINGS = ('.csv', '.parquet')
@@ -148,19 +147,17 @@ def read_history(path: Path, quantities: Sequence[str]) -> History:
     if STAMP not in present or table.num_rows == 0:
         raise ToolError(f'{path}: no column {STAMP!r} with values in it; allowed: a table '
                         'written by the tool bag')
-    values = {}
+    rows = {}
     for quantity in quantities:
         if quantity not in known:
             raise UnknownNameError(f'quantity in {path}', quantity, known)
-        block = np.stack([table.column(name).to_numpy() for name in columns(quantity)], axis=1)
-        values[quantity] = block if quantity != 'pose' else pose(
-            rotation_from_quaternion(block[:, 3:]), block[:, :3])
-    stamps = table.column(STAMP).to_numpy()
+        rows[quantity] = np.stack(
+            [table.column(name).to_numpy() for name in columns(quantity)], axis=1)
     about = {key.decode(): value.decode()
              for key, value in (table.schema.metadata or {}).items() if b'.' not in key}
-    return History(about.get('robot', path.stem), about.get('base_frame', 'base'),
-                   about.get('tip_frame', 'tip'), (stamps - stamps[0]) * 1e-9, values,
-                   int(stamps[0]))
+    return History.of_rows(
+        about.get('robot', path.stem), about.get('base_frame', 'base'),
+        about.get('tip_frame', 'tip'), table.column(STAMP).to_numpy(), rows)
 
 
 def _arrow() -> Any:

@@ -10,6 +10,7 @@ import numpy as np
 
 from .meshes import RobotMeshes, w_first
 from .motion import ShownMotion, Snapshot
+from ...pipeline.ellipsoids import ellipsoid
 from ...screws.screw import screw_of_twist
 from ...screws.se3 import Array
 
@@ -188,21 +189,18 @@ class RobotScene:
 
     def _draw_covariance(self, snapshot: Snapshot) -> None:
         """Draw the two-sigma ellipsoid of the linear acceleration at the head of its arrow."""
-        if snapshot.covariance is None:
+        found = None if snapshot.covariance is None else ellipsoid(snapshot.covariance)
+        if found is None:
             return
-        values, axes = np.linalg.eigh(snapshot.covariance)
-        if np.linalg.det(axes) < 0:
-            axes[:, 0] *= -1
         scale = self.factor * self.scales['a']
         node = self._nodes.get('covariance')
         if node is None:
             node = self._nodes['covariance'] = self._scene.add_icosphere(
                 f'{self._root}/covariance', 1.0, QUANTITIES['a'].colour, opacity=0.25,
                 cast_shadow=False, receive_shadow=False)
-        node.wxyz = w_first(axes)
+        node.wxyz = w_first(found.axes)
         node.position = snapshot.pose[:3, 3] + scale * snapshot.accel[3:]
-        least = 2e-3 * self._size
-        node.scale = tuple(float(max(2 * np.sqrt(max(v, 0.0)) * scale, least)) for v in values)
+        node.scale = tuple(np.maximum(2 * found.radii * scale, 2e-3 * self._size).tolist())
         node.visible = self.shown['a']
 
     def _draw_screw_axis(self, snapshot: Snapshot) -> None:
