@@ -4,12 +4,15 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from functools import partial
 import time
 from types import TracebackType
 from typing import Any
 
 import numpy as np
+from rich.console import Console
+from rich.progress import Progress
 
 from ..errors import MissingExtraError, ParameterError
 from ..screws.rotations import rotation_from_quaternion
@@ -100,6 +103,35 @@ class Listener:
         end = time.monotonic() + seconds
         while (left := end - time.monotonic()) > 0:
             self._executor.spin_once(timeout_sec=left)
+
+    def listening(self, seconds: float) -> Iterator[None]:
+        """Receive messages for a while, with a bar in the terminal; yield now and then."""
+        terminal = Console(stderr=True)
+        with Progress(console=terminal, transient=True, disable=not terminal.is_terminal
+                      ) as progress:
+            task, end = progress.add_task('listening', total=seconds), time.monotonic() + seconds
+            while (left := end - time.monotonic()) > 0:
+                yield
+                self.listen(min(0.2, left))
+                progress.update(task, completed=seconds - max(left, 0))
+
+    def descriptions(self, topics: Iterable[str]) -> dict[str, str]:
+        """Return the robot descriptions by topic: they are there as soon as they have come."""
+        from std_msgs.msg import String
+        found: dict[str, str] = {}
+
+        def take(topic: str, message: Any) -> None:
+            found[topic] = message.data
+
+        for topic in topics:
+            self.node.create_subscription(String, topic, partial(take, topic), latched())
+        return found
+
+
+def latched() -> Any:
+    """Return the QoS by which a message that was sent before is received, too."""
+    from rclpy.qos import DurabilityPolicy, QoSProfile
+    return QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
 def stamp_of(message: Any) -> int:

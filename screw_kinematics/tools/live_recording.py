@@ -12,10 +12,7 @@ from tempfile import TemporaryDirectory
 import time
 from typing import Any
 
-from rich.console import Console
-from rich.progress import Progress
-
-from .listener import check_names, Listener
+from .listener import check_names, latched, Listener
 from ..errors import MissingExtraError, ParameterError, ToolError
 from ..pipeline.settings import RobotSettings
 from ..recordings.joint_table import JointTable, TableFormat
@@ -58,48 +55,43 @@ def recording_of(arguments: argparse.Namespace, robots: Collection[RobotSettings
         return
     if not 0 < arguments.seconds <= LONGEST:
         raise ParameterError('seconds', arguments.seconds, f'more than 0, at most {LONGEST:g}')
-    latched = {full_name(arguments.namespace, robot.description_topic) for robot in robots
-               if not robot.description}
+    descriptions = {full_name(arguments.namespace, robot.description_topic) for robot in robots
+                    if not robot.description}
     topics = {full_name(arguments.namespace, name) for robot in robots
               for name in robot.joint_states_topic} | {full_name(arguments.namespace, topic)} | {
         full_name(arguments.namespace, robot.base_motion_topic) for robot in robots
         if robot.relative_to == 'world'}
     with TemporaryDirectory(prefix='screw_kinematics_') as folder:
         path = Path(folder) / 'running_system'
-        _listen(path, topics, latched, arguments.seconds)
+        _listen(path, topics, descriptions, arguments.seconds)
         with Recording(path) as recording:
             yield recording
 
 
-def _listen(path: Path, topics: Collection[str], latched: Collection[str], seconds: float) -> None:
-    """Write what comes on some topics into a bag; on latched ones also what came before."""
+def _listen(path: Path, topics: Collection[str], of_before: Collection[str], seconds: float,
+            ) -> None:
+    """Write what comes on some topics into a bag, and on others also what came before."""
     try:
         from rosbags.rosbag2 import StoragePlugin, Writer
         from rosbags.typesys import get_typestore, Stores
     except ImportError:
         raise MissingExtraError('rosbags', 'bag', 'listening to several topics') from None
-    terminal = Console(stderr=True)
     with Listener({}, 'screw_kinematics_listener') as listener, Writer(
-            path, version=Writer.VERSION_LATEST, storage_plugin=StoragePlugin.MCAP) as writer, \
-            Progress(console=terminal, transient=True, disable=not terminal.is_terminal
-                     ) as progress:
-        check_names('', [*topics, *latched])
+            path, version=Writer.VERSION_LATEST, storage_plugin=StoragePlugin.MCAP) as writer:
+        check_names('', [*topics, *of_before])
         types = get_typestore(Stores.ROS2_JAZZY)
 
         def writer_of(topic: str, kind: str) -> Callable[[bytes], None]:
             connection = writer.add_connection(topic, kind, typestore=types)
             return lambda data: writer.write(connection, time.time_ns(), data)
 
-        task = progress.add_task('listening', total=seconds)
-        awaited, end = {*topics, *latched}, time.monotonic() + seconds
-        while (left := end - time.monotonic()) > 0:
+        awaited = {*topics, *of_before}
+        for _ in listener.listening(seconds):
             for topic, kind in _kinds(listener.node, awaited).items():
                 awaited.remove(topic)
                 if kind in types.types:     # else it is none that is understood
-                    _subscribe(listener.node, topic, kind, topic in latched,
+                    _subscribe(listener.node, topic, kind, topic in of_before,
                                writer_of(topic, kind))
-            listener.listen(min(0.2, left))
-            progress.update(task, completed=seconds - max(left, 0))
     if awaited:
         raise ToolError(f'nobody publishes {", ".join(sorted(awaited))}; check topic, namespace, '
                         'ROS_DOMAIN_ID and discovery range')
@@ -111,11 +103,11 @@ def _kinds(node: Any, topics: Collection[str]) -> Mapping[str, str]:
             if name in topics and node.count_publishers(name)}
 
 
-def _subscribe(node: Any, topic: str, kind: str, latched: bool, take: Callable[[bytes], None],
+def _subscribe(node: Any, topic: str, kind: str, of_before: bool, take: Callable[[bytes], None],
                ) -> None:
-    from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+    from rclpy.qos import QoSProfile, ReliabilityPolicy
     package, folder, name = kind.split('/')
-    qos = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL) if latched else (
-        QoSProfile(depth=1000, reliability=ReliabilityPolicy.BEST_EFFORT))
+    qos = latched() if of_before else QoSProfile(
+        depth=1000, reliability=ReliabilityPolicy.BEST_EFFORT)
     node.create_subscription(getattr(import_module(f'{package}.{folder}'), name), topic, take,
                              qos, raw=True)

@@ -8,9 +8,6 @@ from functools import partial
 import time
 from typing import Any, NamedTuple
 
-from rich.console import Console
-from rich.progress import Progress
-
 from .findings import FACT, Finding, PROBLEM
 from ..listener import check_names, Listener, require_ros
 from ...recordings.joint_streams import JointStreams
@@ -43,40 +40,23 @@ def listen(topics: Collection[str], descriptions: Collection[str], seconds: floa
         rclpy is not installed; a topic has no valid name.
 
     """
-    heard = Heard({topic: JointStreams() for topic in topics}, {}, [])
     require_ros()
     check_names('', [*topics, *descriptions])
-    with Listener({}, 'check') as listener:
-        _subscribe(listener.node, heard, descriptions)
-        with Progress(console=Console(stderr=True), transient=True) as progress:
-            task = progress.add_task('listening', total=seconds)
-            end = time.monotonic() + seconds
-            while (left := end - time.monotonic()) > 0:
-                listener.listen(min(0.2, left))
-                progress.update(task, completed=seconds - max(left, 0))
-        heard.findings.extend(_graph(listener.node, topics))
-    return heard
-
-
-def _subscribe(node: Any, heard: Heard, descriptions: Collection[str]) -> None:
-    from rclpy.qos import DurabilityPolicy, QoSProfile
     from sensor_msgs.msg import JointState
-    from std_msgs.msg import String
     from ...node.topic_inputs import input_qos
 
-    def take(streams: JointStreams, data: bytes) -> None:
-        streams.add(time.time_ns(), data)
+    def take(samples: JointStreams, data: bytes) -> None:
+        samples.add(time.time_ns(), data)
 
-    def describe(topic: str, message: Any) -> None:
-        heard.descriptions[topic] = message.data
-
-    for topic, streams in heard.streams.items():
-        node.create_subscription(JointState, topic, partial(take, streams),
-                                 input_qos(), raw=True)
-    for topic in descriptions:
-        node.create_subscription(
-            String, topic, partial(describe, topic),
-            QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL))
+    streams = {topic: JointStreams() for topic in topics}
+    with Listener({}, 'check') as listener:
+        for topic, samples in streams.items():
+            listener.node.create_subscription(JointState, topic, partial(take, samples),
+                                              input_qos(), raw=True)
+        texts = listener.descriptions(descriptions)
+        for _ in listener.listening(seconds):
+            pass
+        return Heard(streams, texts, _graph(listener.node, topics))
 
 
 def _graph(node: Any, topics: Collection[str]) -> list[Finding]:

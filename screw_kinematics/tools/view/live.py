@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Collection, Sequence
-from functools import partial
 from types import TracebackType
 from typing import Any
 
@@ -103,18 +102,8 @@ def look_around(namespace: str, topics: Collection[str], seconds: float = 3.0,
     descriptions : dict from topic to URDF text
 
     """
-    require_ros()
-    from rclpy.qos import DurabilityPolicy, QoSProfile
-    from std_msgs.msg import String
-    found: dict[str, str] = {}
-
-    def take(topic: str, message: Any) -> None:
-        found[topic] = message.data
-
-    latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
     with Listener({}, 'screw_kinematics_view') as listener:
-        for topic in topics:
-            listener.node.create_subscription(String, topic, partial(take, topic), latched)
+        found = listener.descriptions(topics)
         for _ in range(round(seconds / 0.1)):
             listener.listen(0.1)
             if topics and len(found) == len(topics):
