@@ -3,7 +3,7 @@
 """Where the states of a recording go: a bag with the node's topics, tables, or a data set."""
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 import sqlite3
 from types import TracebackType
@@ -135,29 +135,34 @@ class TablesWriter:
 
     Parameters
     ----------
-    file : callable
+    place : callable
         From a robot's name to the path of its table.
 
     """
 
-    def __init__(self, file: Callable[[str], Path]) -> None:
-        self._file = file
-        self._tables: dict[str, TableWriter] = {}
+    def __init__(self, place: Callable[[str], Path]) -> None:
+        self._place = place
+        self._tables: dict[Path, TableWriter] = {}
 
     def write(self, robot: RecordedRobot, block: StateBlock) -> None:
         """Append states."""
-        name = robot.settings.name
-        if name not in self._tables:
-            self._tables[name] = _table(self._file(name), robot)
-        self._tables[name].write(block.stamps, _columns(robot, block))
+        self._append(self._place(robot.settings.name), robot, block.stamps,
+                     _columns(robot, block))
 
     def close(self) -> None:
         """Write the rest."""
         for table in self._tables.values():
             table.close()
 
+    def _append(self, file: Path, robot: RecordedRobot, stamps: Array, values: Sequence[Array],
+                **more: str) -> None:
+        if file not in self._tables:
+            file.parent.mkdir(parents=True, exist_ok=True)
+            self._tables[file] = _table(file, robot, **more)
+        self._tables[file].write(stamps, values)
 
-class DataSetWriter:
+
+class DataSetWriter(TablesWriter):
     """
     Parts of a Parquet data set: ``robot=NAME/date=YYYY-MM-DD/RECORDING.parquet``.
 
@@ -171,28 +176,17 @@ class DataSetWriter:
     """
 
     def __init__(self, folder: Path, recording: str) -> None:
-        self._folder = folder
+        super().__init__(lambda robot: folder / f'robot={robot.replace("/", "_")}')
         self._recording = recording
-        self._tables: dict[tuple[str, str], TableWriter] = {}
 
     def write(self, robot: RecordedRobot, block: StateBlock) -> None:
         """Append states."""
-        values = _columns(robot, block)
-        days = block.stamps // _DAY
+        values, days = _columns(robot, block), block.stamps // _DAY
         for day in np.unique(days).tolist():
-            name, date = robot.settings.name, str(np.datetime64(day, 'D'))
-            if (name, date) not in self._tables:
-                folder = self._folder / f'robot={name.replace("/", "_")}' / f'date={date}'
-                folder.mkdir(parents=True, exist_ok=True)
-                self._tables[name, date] = _table(
-                    folder / f'{self._recording}.parquet', robot, recording=self._recording)
+            folder = self._place(robot.settings.name) / f'date={np.datetime64(day, "D")}'
             rows = days == day
-            self._tables[name, date].write(block.stamps[rows], [v[rows] for v in values])
-
-    def close(self) -> None:
-        """Write the rest."""
-        for table in self._tables.values():
-            table.close()
+            self._append(folder / f'{self._recording}.parquet', robot, block.stamps[rows],
+                         [v[rows] for v in values], recording=self._recording)
 
 
 def values_of(robot: RecordedRobot, block: StateBlock, output: str) -> Array:
