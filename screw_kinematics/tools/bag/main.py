@@ -22,9 +22,8 @@ import sys
 
 from .account import Bar, print_single, summary_table
 from .report import write_report
-from .. import console, robot_options, table_options
+from .. import console, settings_options, table_options
 from ..processes import end_with_parent
-from ..settings_options import settings_of
 from ...errors import ParameterError, ToolError
 from ...pipeline.outputs import OUTPUTS
 from ...recordings import records
@@ -53,21 +52,12 @@ def main(argv: Sequence[str] | None = None) -> int:
     options.add_argument('paths', nargs='+', metavar='PATH',
                          help='bags (a folder, or a .mcap, .db3 or .bag file), tables (.csv, '
                               '.parquet), folders and patterns of them, URLs of them')
-    what = options.add_mutually_exclusive_group(required=True)
-    what.add_argument('--params-file', type=Path, metavar='FILE',
-                      help='robots and settings, as the node has them')
-    what.add_argument('--robot', nargs='+', action=robot_options.Model, metavar='MODEL',
-                      help='one robot: YAML, URDF or xacro, path or URI')
-    options.add_argument('--base', metavar='FRAME', help='base frame, with --robot')
-    options.add_argument('--tip', metavar='FRAME', help='tip frame, with --robot')
+    settings_options.add_options(options, required=True)
     options.add_argument('--name', default='robot', help='of that robot, which its topics begin '
                                                          'with (default: robot)')
-    options.add_argument('--topic', default='joint_states', help='of the joint states, with '
-                                                                 '--robot')
     options.add_argument('--outputs', metavar='A,B', help='of '
                          f'{", ".join(o for o in OUTPUTS if o not in LEFT_OUT)}; in tables '
                          'six-vectors and poses (default: as the parameters say; twist,accel)')
-    options.add_argument('--namespace', default='', help='of the node (default: none)')
     options.add_argument('--output', type=Path, metavar='PATH',
                          help='of one recording: a .csv or .parquet table for each robot, else a '
                               'bag; of several: the folder of all outputs')
@@ -127,8 +117,9 @@ def _tasks(arguments: argparse.Namespace) -> list[Task]:
         folder, name = output.parent, output.stem if output.suffix in ENDINGS else output.name
     chosen = {} if arguments.outputs is None else {
         'outputs': [word for word in arguments.outputs.split(',') if word]}
+    robots = tuple(settings_options.settings_of(arguments, chosen))
     common = Task(
-        sources[0], tuple(settings_of(arguments, chosen)), arguments.namespace, form, folder,
+        sources[0], robots, arguments.namespace, form, folder,
         table=table_options.table_format(arguments), compare=arguments.compare,
         stop_limit=arguments.stop_limit if arguments.report else None)
     return [replace(common, source=source, name=name or source.name) for source in sources]

@@ -20,9 +20,8 @@ from .findings import FACT, Finding, has_problem, print_findings, PROBLEM, REMAR
 from .model import report_model
 from .offset import compare_clocks
 from .samples import report_streams
-from .. import console, live_recording, robot_options, table_options
+from .. import console, live_recording, robot_options, settings_options, table_options
 from ..plot.histories import check_ending, ENDINGS
-from ..settings_options import settings_of
 from ... import core, models
 from ...errors import ParameterError, ScrewKinematicsError
 from ...pipeline.robot_model import build_model, continuous_joints
@@ -74,20 +73,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     imu.add_argument('--topic', dest='against', default='imu/data', metavar='TOPIC',
                      help='of the sensor_msgs/Imu (default: imu/data)')
     imu.add_argument('--frame', dest='tip', metavar='LINK', help='which the IMU is fixed to')
-    for with_robots in (system, bag, delay, imu):
-        with_robots.set_defaults(name=None)
-        which = with_robots.add_mutually_exclusive_group()
-        which.add_argument('--params-file', type=Path, metavar='FILE',
-                           help='robots and settings, as the node has them')
-        which.add_argument('--robot', nargs='+', action=robot_options.Model, metavar='MODEL',
-                           help='one robot (default: the one on robot_description)')
-        with_robots.add_argument('--base', metavar='FRAME', help='with --robot')
-        if with_robots is not imu:
-            with_robots.add_argument('--tip', metavar='FRAME', help='with --robot')
-        with_robots.add_argument('--joint-states' if with_robots is imu else '--topic',
-                                 dest='topic', default='joint_states', metavar='TOPIC',
-                                 help='of the joint states, without --params-file')
-        with_robots.add_argument('--namespace', default='', help='of the node (default: none)')
+    for with_robots in (system, bag, delay):
+        settings_options.add_options(with_robots)
+    settings_options.add_options(imu, tip=False, topic='--joint-states')
     return console.run(_check, options, argv)
 
 
@@ -112,7 +100,7 @@ def _system(arguments: argparse.Namespace) -> Iterator[Finding]:
     from .system import listen
     if not 0 < arguments.seconds <= 3600:
         raise ParameterError('seconds', arguments.seconds, 'more than 0, at most 3600')
-    settings = settings_of(arguments)
+    settings = settings_options.settings_of(arguments)
     heard = listen(_topics(settings, arguments.namespace),
                    {full_name(arguments.namespace, s.description_topic) for s in settings
                     if not s.description}, arguments.seconds)
@@ -121,7 +109,7 @@ def _system(arguments: argparse.Namespace) -> Iterator[Finding]:
 
 
 def _recording(arguments: argparse.Namespace) -> Iterator[Finding]:
-    settings = settings_of(arguments)
+    settings = settings_options.settings_of(arguments)
     streams = {topic: JointStreams() for topic in _topics(settings, arguments.namespace)}
     descriptions = {}
     with opened(arguments.bag, table_options.table_format(arguments)) as recording:
@@ -147,7 +135,7 @@ def _recording(arguments: argparse.Namespace) -> Iterator[Finding]:
 
 
 def _against(arguments: argparse.Namespace) -> Iterator[Finding]:
-    robots = settings_of(arguments)
+    robots = settings_options.settings_of(arguments)
     if arguments.plot is not None:
         check_ending(arguments.plot)
         if len(robots) > 1:

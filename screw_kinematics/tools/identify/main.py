@@ -17,10 +17,9 @@ import numpy as np
 
 from .payload import as_yaml, Identified, report
 from .picture import draw_payload
-from .. import console, live_recording, robot_options
+from .. import console, live_recording, settings_options
 from ..check.findings import Finding, has_problem, REMARK
 from ..plot.histories import check_ending, ENDINGS
-from ..settings_options import settings_of
 from ...errors import MalformedMessageError, ModelError, ParameterError, ToolError
 from ...messages.wrench import TYPE
 from ...pipeline.setting import numbers
@@ -54,23 +53,15 @@ def main(argv: Sequence[str] | None = None) -> int:
                          help='geometry_msgs/WrenchStamped of the sensor')
     payload.add_argument('--frame', metavar='LINK',
                          help="the sensor's link (default: frame_id of its messages)")
-    which = payload.add_mutually_exclusive_group()
-    which.add_argument('--params-file', type=Path, metavar='FILE',
-                       help='robots and settings, as the node has them')
-    which.add_argument('--robot', nargs='+', action=robot_options.Model, metavar='MODEL',
-                       help='one robot (default: the one on robot_description)')
+    settings_options.add_options(payload, tip=False)
     payload.add_argument('--name', metavar='NAME', help='of the robot in the parameters '
                          '(default: the only one of the file, or robot)')
-    payload.add_argument('--base', metavar='FRAME', help='with --robot')
     payload.add_argument('--gravity', nargs=3, type=float, metavar=('X', 'Y', 'Z'),
                          help='free fall in base axes [m/s^2] (default: 0 0 -9.80665)')
-    payload.add_argument('--topic', default='joint_states', metavar='TOPIC',
-                         help='of the joint states, without --params-file')
     payload.add_argument('--plot', type=Path, metavar='FILE',
                          help='draw the wrench with and without its load, into a file ending in '
                               f'{", ".join(ENDINGS)}')
-    payload.add_argument('--namespace', default='', help='of the node (default: none)')
-    payload.set_defaults(find=_payload, tip=None)
+    payload.set_defaults(find=_payload)
     return console.run(lambda arguments: int(arguments.find(arguments)), options, argv)
 
 
@@ -105,7 +96,7 @@ def _robot(arguments: argparse.Namespace) -> RobotSettings:
         except ValueError:
             raise ParameterError('gravity', arguments.gravity,
                                  'three finite numbers of at most 1000') from None
-    robots = settings_of(arguments, gravity)
+    robots = settings_options.settings_of(arguments, gravity)
     named = [robot for robot in robots if arguments.name in (None, robot.name)]
     if len(named) != 1:
         raise ParameterError('name', arguments.name, 'one of '
