@@ -99,17 +99,6 @@ def test_a_force_along_a_lever():
     np.testing.assert_allclose(arm.joint_efforts([0.0], [0, 3, 0, 0, 0, 0]), [6])
 
 
-def test_joint_motion_comes_back():
-    """Square chains: inverse of the forward problem, where the paper uses it (PUMA)."""
-    q = np.radians([10, -20, 30, 40, 50, 60])
-    qd, qdd = robots.random_motion(5, 6, order=1)
-    state = PUMA.state(q, qd, qdd)
-    velocity = PUMA.inverse_velocity(q, state.velocity, solver=EXACT)
-    np.testing.assert_allclose(velocity.rates, qd, rtol=1e-11)
-    acceleration = PUMA.inverse_acceleration(q, qd, state.classical(2), solver=EXACT)
-    np.testing.assert_allclose(acceleration.rates, qdd, rtol=1e-10)
-
-
 def test_redundant_solution_is_the_shortest_and_null_space_does_not_move_the_tip():
     chain = REDUNDANT
     q, wished = robots.random_motion(6, chain.dof, order=1)

@@ -6,7 +6,7 @@ import pytest
 
 from screw_kinematics import models
 from screw_kinematics.errors import ModelError
-from support.pinocchio_reference import angular_first, example_robot, followers, pin, Reference
+from support.pinocchio_reference import example_robot, followers, pin, Reference
 
 TOLERANCE = 1e-12
 SAMPLES = 20
@@ -89,22 +89,6 @@ def test_states_agree_between_any_two_links(seed):
             assert 'nothing moves' in str(error)
             continue
         check_states(chain, Reference(model, *frames, chain.joint_names), rng)
-
-
-def test_classical_acceleration_is_pinocchios():
-    """With the base at the root, Pinocchio gives the classical acceleration itself."""
-    path = example_robot('panda')
-    chain = models.load(path, tip_frame='panda_link8')
-    model = pin.buildModelFromUrdf(str(path))
-    data = model.createData()
-    q, v, a = np.random.default_rng(3).uniform(-2, 2, size=(3, model.nv))
-    q[7:] = v[7:] = a[7:] = 0.0     # the fingers
-    pin.forwardKinematics(model, data, q, v, a)
-    aligned = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
-    expected = angular_first(pin.getFrameClassicalAcceleration(
-        model, data, model.getFrameId('panda_link8'), aligned))
-    actual = chain.state(q[:7], v[:7], a[:7]).classical(2)
-    np.testing.assert_allclose(actual, expected, rtol=0, atol=TOLERANCE * abs(expected).max())
 
 
 def test_panda_model_file_is_the_urdf_arm():

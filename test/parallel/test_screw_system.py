@@ -104,14 +104,6 @@ def test_limbs_of_a_delta_hold_by_couples(seed):
 
 
 @cases
-def test_jacobian_is_the_twist_of_unit_rates(name, seed):
-    manipulator, posture, _ = moving(name, seed)
-    for column, unit in zip(posture.system.jacobian.T, np.eye(manipulator.dof)):
-        np.testing.assert_allclose(
-            column, manipulator.rates(posture, unit)[0][0], atol=1e-12)
-
-
-@cases
 def test_elimination_solves_the_whole_system(name, seed):
     """Platform and passive rates at once, by least squares of all limbs' equations."""
     manipulator, posture, rates = moving(name, seed)

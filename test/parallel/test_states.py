@@ -66,10 +66,10 @@ def test_every_limb_moves_the_platform_alike(name, seed):
             close(state.reduced[n], states[n], 1e-11)
 
 
-@cases
-def test_samples_one_after_the_other(name, seed):
+@pytest.mark.parametrize('name', ROBOTS)
+def test_samples_one_after_the_other(name):
     """A batch is what its samples are one by one."""
-    manipulator, exact = load(name), instant(name, seed)
+    manipulator, exact = load(name), instant(name, 0)
     q = np.linspace(manipulator.home.actuated, exact.joints[0], 5)
     qd = np.tile(exact.joints[1], (5, 1))
     state = manipulator.state(q, qd)

@@ -105,11 +105,11 @@ def _call(name, value):
     return getattr(value, name)() if isinstance(value, Scalar) else getattr(math, name)(value)
 
 
-@pytest.mark.parametrize('seed', range(200))
+@pytest.mark.parametrize('seed', range(20))
 def test_a_traced_expression_has_the_value_of_the_expression(seed):
     rng = np.random.default_rng(seed)
     values = rng.normal(size=4)
-    expressions = [_random_expression(rng, values, depth=6) for _ in range(3)]
+    expressions = [_random_expression(rng, values, depth=6) for _ in range(30)]
     inputs = Graph().inputs(4)
     line = straight_line(4, [f(inputs) for f in expressions])
     expected = [f(values) for f in expressions]
