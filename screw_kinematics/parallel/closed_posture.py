@@ -9,8 +9,7 @@ import numpy as np
 
 from .limbs import Limbs
 from .loop_closure import Solution
-from .screw_system import ScrewSystem
-from .screw_system import Conditioning
+from .screw_system import Conditioning, ScrewSystem
 from ..errors import ClosureError
 from ..screws.se3 import Array
 

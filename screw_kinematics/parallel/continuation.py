@@ -17,6 +17,7 @@ import numpy as np
 from .closed_posture import ClosedPosture, posture_of
 from .limbs import Limbs
 from .loop_closure import close_loops, MAX_ITERATIONS, Solution
+from .screw_system import SINGULAR
 from ..errors import AssemblyModeError, ScrewKinematicsError, SingularityError
 from ..screws.se3 import Array
 
@@ -28,8 +29,6 @@ NEARLY_CLOSED = 1e-6
 """Misfit below which slow convergence means a singularity, not an open loop."""
 SAME = 1e-6
 """Difference of joints [rad, m] up to which postures are the same."""
-SINGULAR = 1e-6
-"""Value of the direct conditioning from which on a posture counts as singular."""
 
 
 class Effort(NamedTuple):

@@ -19,7 +19,7 @@ from .limbs import Limbs
 from .loop_closure import close_at_pose, close_loops
 from .program import ParallelProgram
 from .rates import joint_rates, platform_states
-from .screw_system import RANK_TOLERANCE
+from .screw_system import SINGULAR
 from ..chains.manipulator import Manipulator
 from ..chains.serial_chain import SerialChain
 from ..errors import InvalidValueError
@@ -118,7 +118,7 @@ class ParallelManipulator(Manipulator):
         self.velocity_limits = self._limbs.velocity_limits[:dof]
         solution = close_loops(self._limbs, self._limbs.positions(home or {}))
         self.mobility = solution.system.mobility()
-        if solution.system.direct_conditioning < RANK_TOLERANCE:
+        if solution.system.direct_conditioning < SINGULAR:
             raise InvalidValueError(
                 f'with the actuated joints {", ".join(self.joint_names)} locked the platform '
                 f'can still move at home: {self.dof} of them for mobility {self.mobility}, or '

@@ -14,13 +14,12 @@ import numpy as np
 
 from .closed_posture import ClosedPosture
 from .limbs import Limbs
+from .screw_system import SINGULAR
 from ..errors import InvalidValueError, SingularityError
 from ..screws.se3 import Array
 
 __all__ = ['joint_rates', 'platform_states']
 
-SINGULAR = 1e-6
-"""Value of the inverse conditioning from which on a posture counts as singular."""
 INFEASIBLE = 1e-6
 """Part of a platform motion that may be left over by the limbs."""
 

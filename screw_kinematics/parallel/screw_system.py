@@ -23,10 +23,12 @@ import numpy as np
 
 from ..screws.se3 import Array
 
-__all__ = ['Conditioning', 'LimbScrews', 'RANK_TOLERANCE', 'Ranks', 'ScrewSystem']
+__all__ = ['Conditioning', 'LimbScrews', 'Ranks', 'ScrewSystem', 'SINGULAR']
 
 RANK_TOLERANCE = 1e-6
 """Relative size below which a singular value counts as zero where ranks are decided."""
+SINGULAR = 1e-6
+"""Value of a :class:`Conditioning` from which on a posture counts as singular."""
 _TINY = 1e-300
 
 

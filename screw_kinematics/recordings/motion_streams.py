@@ -75,10 +75,8 @@ def read_stream(recording: Recording, topic: str) -> Stream:
         stamp = content.header.stamp     # type: ignore[attr-defined]
         stamps.append(stamp.sec * 10**9 + stamp.nanosec)
         values.append(READERS[kind](content))
-    order = np.argsort(np.array(stamps, dtype=np.int64), kind='stable')
-    sorted_stamps, rows = np.array(stamps, dtype=np.int64)[order], np.array(values)[order]
-    first = np.concatenate([[True], np.diff(sorted_stamps) > 0])[:len(sorted_stamps)]
-    return Stream(kind, sorted_stamps[first], rows[first])
+    in_order, first = np.unique(np.array(stamps, dtype=np.int64), return_index=True)
+    return Stream(kind, in_order, np.array(values)[first])
 
 
 def channels(stream: Stream, link: LinkMotion) -> list[Channels]:

@@ -115,11 +115,8 @@ def _wrenches(recording: Recording, topic: str) -> tuple[str, Array, Array]:
     if len(frames) > 1:
         raise ToolError(f'{recording.path}: {topic}: wrenches are in the frames '
                         f'{", ".join(map(repr, frames))}; allowed: one')
-    stamps = np.array([sample.stamp_ns for sample in samples], dtype=np.int64)
-    order = np.argsort(stamps, kind='stable')
-    first = np.concatenate([[True], np.diff(stamps[order]) > 0])
-    return frames[0], stamps[order][first], np.array(
-        [sample.values for sample in samples])[order][first]
+    stamps, first = np.unique([sample.stamp_ns for sample in samples], return_index=True)
+    return frames[0], stamps, np.array([samples[k].values for k in first])
 
 
 def _motion(recording: Recording, robot: RobotSettings, namespace: str, topic: str, link: str,
