@@ -1,6 +1,6 @@
 # Copyright screw_kinematics contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Tracing of chains: from the names of outputs to a compiled program."""
+"""Tracing of chains: from the names of outputs to a straight-line program."""
 from __future__ import annotations
 
 from collections.abc import Iterable
@@ -10,7 +10,6 @@ import numpy as np
 
 from .tip_motion import tip_motion
 from ..errors import InvalidValueError
-from ..programs.program import Program
 from ..programs.quantities import checked_outputs, find_quantity, order_of
 from ..programs.straight_line_program import StraightLineProgram
 from ..programs.tracing import Graph, straight_line
@@ -22,13 +21,13 @@ from ..screws.states import reduced_from_classical
 if TYPE_CHECKING:
     from .serial_chain import SerialChain
 
-__all__ = ['compile_chain', 'trace_chain']
+__all__ = ['trace_chain']
 
 
-def compile_chain(chain: SerialChain, outputs: Iterable[str] = ('pose', 'twist', 'accel'),
-                  axes: str = 'base', pole: str = 'tip') -> Program:
+def trace_chain(chain: SerialChain, outputs: Iterable[str], axes: str, pole: str,
+                ) -> StraightLineProgram:
     """
-    Return the compiled program of a chain; see :meth:`SerialChain.compile`.
+    Return the straight-line program of a chain's quantities.
 
     Parameters
     ----------
@@ -40,34 +39,6 @@ def compile_chain(chain: SerialChain, outputs: Iterable[str] = ('pose', 'twist',
         Whose axes six-vectors are in.
     pole : {'base', 'tip'}
         Origin that six-vectors are about.
-
-    Returns
-    -------
-    Program
-        From positions of the measured joints, and derivatives by order, to the outputs.
-
-    Raises
-    ------
-    UnknownNameError, InvalidValueError
-        An output, axes or pole is unknown; the message lists those that exist.
-
-    """
-    outputs = checked_outputs(outputs, axes, pole)
-    line = trace_chain(chain, outputs, axes, pole)
-    sizes = {name: find_quantity(name).size(chain.dof, len(chain.joints)) for name in outputs}
-    return Program(line, sizes, chain.joint_names, order_of(outputs), axes, pole,
-                   chain.base_frame, chain.tip_frame)
-
-
-def trace_chain(chain: SerialChain, outputs: Iterable[str], axes: str, pole: str,
-                ) -> StraightLineProgram:
-    """
-    Return the straight-line program of a chain's quantities.
-
-    Parameters
-    ----------
-    chain, outputs, axes, pole : as of :func:`compile_chain`
-        The chain, and what of it.
 
     Returns
     -------

@@ -8,13 +8,14 @@ from typing import Any
 
 import numpy as np
 
-from .compiled import compile_chain
+from .compiled import trace_chain
 from .coupling import MimicCoupling
 from .joint import Joint
 from .manipulator import Manipulator
 from .posture import Posture
 from ..errors import InvalidValueError
 from ..programs.program import Program
+from ..programs.quantities import checked_outputs, find_quantity, order_of
 from ..screws.body_state import BodyState
 from ..screws.reference import check_axes, resolve_pole
 from ..screws.rigid import rigid_displacement
@@ -44,6 +45,19 @@ class SerialChain(Manipulator):
         Poses in the tip frame of other frames that are fixed to it [m].
     fixed_to_base : mapping of str to array, shape (4, 4), optional
         Poses in the base frame of other frames that are fixed to it [m].
+
+    Attributes
+    ----------
+    joint_names : tuple of str
+        Of the measured joints, in the order of q: mimic joints are folded in.
+    dof : int
+        Number of measured joints.
+    joint_kinds : tuple of str
+        Of the measured joints.
+    prismatic : array of bool, shape (dof,)
+        Which of them are measured in m rather than rad.
+    velocity_limits : array, shape (dof,)
+        Their largest speeds [rad/s, m/s]; infinite where none is known.
 
     Raises
     ------
@@ -260,7 +274,10 @@ class SerialChain(Manipulator):
     def compile(    # noqa: A003
             self, outputs: Iterable[str] = ('pose', 'twist', 'accel'),
             axes: str = 'base', pole: str = 'tip') -> Program:
-        return compile_chain(self, outputs, axes, pole)
+        outputs = checked_outputs(outputs, axes, pole)
+        sizes = {name: find_quantity(name).size(self.dof, len(self.joints)) for name in outputs}
+        return Program(trace_chain(self, outputs, axes, pole), sizes, self.joint_names,
+                       order_of(outputs), axes, pole, self.base_frame, self.tip_frame)
 
 
 def _with_itself(frame: str, others: Mapping[str, Any] | None) -> dict[str, Array]:

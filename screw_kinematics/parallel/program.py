@@ -215,7 +215,8 @@ class ParallelProgram(Program):
 
 def _sizes(outputs: Sequence[str], dof: int, passive: int) -> dict[str, int]:
     """Return how many numbers each output has."""
-    return {name: find_quantity(name, WITHOUT_SCREWS).size(dof, passive=passive) for name in outputs}
+    return {name: find_quantity(name, WITHOUT_SCREWS).size(dof, passive=passive)
+            for name in outputs}
 
 
 def trace_outputs(outputs: Sequence[str], order: int, dof: int, passive: int, axes: str,

@@ -72,12 +72,6 @@ class Quantity:
     reduced: bool = False
     per: str = ''
 
-    @property
-    def is_state(self) -> bool:
-        """Whether it is a six-vector of a body's state."""
-        return bool(self.order) and len(self.parts) == 2 and not self.per \
-            and self.name != 'coriolis_lie'
-
     def size(self, dof: int, joints: int = 0, passive: int = 0) -> int:
         """
         Return how many numbers it has.
@@ -207,7 +201,8 @@ ALL = (
              per='passive joint'),
 )
 """Every quantity."""
-SIX_VECTORS = tuple(quantity for quantity in ALL if quantity.is_state)
+SIX_VECTORS = tuple(quantity for quantity in ALL if quantity.order and quantity.parts
+                    and quantity.name != 'coriolis_lie')
 """Those that are six-vectors of a body's state."""
 NAMES = tuple(quantity.name for quantity in ALL if quantity.per != 'passive joint')
 """Names of what an open chain has."""

@@ -49,7 +49,7 @@ def unit(column: str) -> str:
     if not part:
         return 'ns'
     first, second = find_quantity(quantity).parts
-    return (first if part.startswith(('position', 'angular')) else second)[2]
+    return (first if part.startswith(('position', 'angular')) else second).unit
 
 
 class TableWriter:
