@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from functools import partial
+import os
 from pathlib import Path
 import shutil
 import sqlite3
@@ -14,6 +15,7 @@ from .storage import Connection, Message, ros2_name, unpacked
 
 _JOURNALS = ('-wal', '-journal')
 _STRIDES = 40
+_LARGEST = 1 << 40      # size that a header is believed [bytes]
 _ERRORS = (sqlite3.Error, UnicodeDecodeError)      # whose texts hold bytes of broken files
 
 
@@ -98,16 +100,31 @@ class SqliteFile:
     def _open(self) -> sqlite3.Connection:
         file, mode = self.path, 'immutable=1'
         journals = [self.path.with_name(self.path.name + ending) for ending in _JOURNALS]
-        if any(journal.exists() and journal.stat().st_size for journal in journals):
+        whole, there = _size_in_header(file), file.stat().st_size
+        if there < whole or any(
+                journal.exists() and journal.stat().st_size for journal in journals):
             self._copy = TemporaryDirectory(prefix='screw_kinematics_')
             for part in (self.path, *journals):
                 if part.exists():
                     shutil.copy(part, self._copy.name)
             file, mode = Path(self._copy.name, self.path.name), 'mode=rw'
+        if there < whole:
+            self.damage.append(f'{self.path}: cut off at byte {there} of {whole}')
+            os.truncate(file, whole)    # SQLite reads nothing of a file that is too short
         name = str(file.absolute()).replace('%', '%25').replace('?', '%3f').replace('#', '%23')
         database = sqlite3.connect(f'file:{name}?{mode}', uri=True)
         database.text_factory = partial(str, encoding='utf-8', errors='replace')
         return database
+
+
+def _size_in_header(path: Path) -> int:
+    """Return how large a database says that it is [bytes]; 0 where it does not say."""
+    with path.open('rb') as file:
+        header = file.read(100)
+    page, pages = (int.from_bytes(header[i:j], 'big') for i, j in ((16, 18), (28, 32)))
+    # 1 stands for 65536; the count is valid as of the last change that wrote it.
+    size = (65536 if page == 1 else page) * pages if header[24:28] == header[92:96] else 0
+    return size if size <= _LARGEST else 0
 
 
 def _are(kind: str, *columns: str) -> str:

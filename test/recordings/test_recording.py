@@ -98,6 +98,20 @@ def test_a_database_with_broken_pages(tmp_path):
     assert any('of 3000 messages on /joint_states are not there' in line for line in damage)
 
 
+@pytest.mark.parametrize('share', [0.2, 0.5, 0.9])
+def test_a_database_that_is_cut_off_keeps_what_came_before(share, tmp_path):
+    path = rec.write_bag(tmp_path / 'run', rec.samples(1500), 'sqlite3')
+    file, = path.glob('*.db3')
+    file.write_bytes(file.read_bytes()[:int(share * file.stat().st_size)])
+    before = contents(path)
+    found, damage = stamps(path)
+    assert found == sorted(set(found)) and set(found) <= set(expected(1500))
+    assert (share - 0.1) * 1500 < len(found) < share * 1500
+    assert any('cut off at byte' in line for line in damage)
+    assert any('of 1500 messages on /joint_states are not there' in line for line in damage)
+    assert contents(path) == before         # the recording is never written to
+
+
 @pytest.mark.parametrize('storage', ['mcap', 'sqlite3'])
 @pytest.mark.parametrize('mode', ['FILE', 'MESSAGE'])
 @pytest.mark.parametrize('metadata', [True, False])

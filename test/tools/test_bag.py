@@ -209,29 +209,6 @@ def test_a_file_cut_off_by_a_crash(tmp_path, capsys):
     assert rec.relative_error(values, rec.exact(stamps).classical(2)) < 5e-3
 
 
-def test_a_hole_in_the_middle(tmp_path, capsys):
-    path = rec.write_bag(tmp_path / 'run', rec.samples(12_000, rate=1000.0))
-    file, = path.glob('*.mcap')
-    data = bytearray(file.read_bytes())
-    middle = len(data) // 2
-    data[middle:middle + 100] = bytes(100)
-    file.write_bytes(data)
-    assert bag.main([str(path), '--robot', PUMA, '--output', str(tmp_path / 'x.csv')]) == 1
-    saved = int(re.search(r'(\d+) joint samples were saved', capsys.readouterr().err)[1])
-    stamps = read_history(tmp_path / 'x.csv', ['accel']).time
-    assert 3000 < saved < 12_000 and stamps[-1] > 11.9    # the end was saved too
-
-
-def test_a_cut_off_database(tmp_path, capsys):
-    path = rec.write_bag(tmp_path / 'run', rec.samples(8000, rate=1000.0), 'sqlite3')
-    file, = path.glob('*.db3')
-    data = file.read_bytes()
-    file.write_bytes(data[:len(data) // 2])
-    code = bag.main([str(path), '--robot', PUMA, '--output', str(tmp_path / 'x.csv')])
-    assert code in (1, 2)
-    assert 'damaged' in capsys.readouterr().err or code == 2
-
-
 def test_compare_with_what_the_node_published(tmp_path, capsys):
     estimator = make_estimator('bank', 6, delay=0.02)
     program = rec.PUMA.compile(('twist', 'accel'))
