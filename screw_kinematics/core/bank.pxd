@@ -27,7 +27,7 @@ cdef class Bank:
     cdef Fading keep
     cdef Steps steps
     cdef Pace pace
-    cdef Mixture mixture
+    cdef Mixture of_position, of_velocity
     cdef Spread spread
     cdef Travel travelled
     cdef double[::1] prior, scale
@@ -46,6 +46,11 @@ cdef class Bank:
     cdef readonly bint with_velocity    # whether velocities come with the positions
     cdef int missing
 
+    cpdef void measure(self, double time, object position, object velocity, bint measured,
+                       double rate) except *
+    cpdef int read(self, double at, bint fresh, double rate, bint spread) noexcept
+    cpdef list values(self)
+    cpdef list variances(self)
     cdef VelocityTrust trust_in(self, Py_ssize_t j)
     cdef void handicap(self, double share) noexcept
     cdef void prepare(self, Channel c, double share, double possible, double half,

@@ -87,7 +87,8 @@ class Bank:
         self.velocity = Channel(n, self.gains, self.price, self.delayed)
         self.trust, self.keep = [VelocityTrust() for _ in range(n)], Fading()
         self.steps, self.pace = Steps(self.gains), Pace()
-        self.mixture = Mixture(self.gains, self.steps, self.delayed)
+        self.of_position = Mixture(self.position, self.gains, self.steps, self.delayed)
+        self.of_velocity = Mixture(self.velocity, self.gains, self.steps, self.delayed)
         self.spread = Spread(n, self.gains, self.steps, self.delayed, noise)
         self.travelled = Travel(n)
         self.now, self.out, self.instead = table(4, n), table(14, n), zeros(n)
@@ -106,7 +107,7 @@ class Bank:
         self.steps.clear()
         self.gains.start(self.prior)
         for i in range(self.m):
-            self.lsum[i] = 0.0
+            self.lsum[i], self.price[i] = 0.0, 1.0
         fill(self.at, position)
         self.position.start(self.at)
         self.spread.start()
@@ -200,8 +201,10 @@ class Bank:
             dense = dense if dense < DENSEST else DENSEST
             wide *= sqrt(dense)
         for k in range(self.m):
-            self.lsum[k] += share * ((1.0 + wide) * self.gains.logs[k] - self.lsum[k])
-            self.price[k] = exp(self.lsum[k])
+            before: cython.double = self.lsum[k]
+            self.lsum[k] += share * ((1.0 + wide) * self.gains.logs[k] - before)
+            if self.lsum[k] != before:
+                self.price[k] = exp(self.lsum[k])
         self.evidence = -0.5 * EVIDENCE * self.span
         self.reach = exp(NOTHING / self.evidence)
 
@@ -222,12 +225,13 @@ class Bank:
             c.states = self.steps.moved(c.states, size, 4 * lanes)
             c.errors = self.steps.moved(c.errors, size, lanes)
         self.steps.make_room(size)
-        self.mixture.p = self.steps.smoothed if self.delayed else self.gains.p
+        self.of_position.p = self.of_velocity.p = (
+            self.steps.smoothed if self.delayed else self.gains.p)
 
     # ---- reading
 
     def read(self, at: cython.double, fresh: cython.bint, rate: cython.double,
-             spread: cython.bint) -> int:
+             spread: cython.bint) -> cython.int:
         """
         Find the motion at an instant.
 
@@ -251,6 +255,7 @@ class Bank:
         j: cython.Py_ssize_t
         k: cython.Py_ssize_t
         i: cython.longlong = self.count
+        found: Mixture = self.of_position
         if self.delayed:
             i = self.steps.before(at)
             if i <= 0:
@@ -260,12 +265,12 @@ class Bank:
             self.spread.begin(self.position, self.dt)
             self.spread.begin(self.velocity, self.dt)
         for j in range(self.n):
-            self.mixture.look(self.position, j, i, at, self.time, spread)
-            self.mixture.mix(self.position, j, 2, self.pace.period)
+            found.look(j, i, at, self.time, spread)
+            found.mix(j, 2, self.pace.period)
             for k in range(4):
-                self.out[k, j] = self.mixture.mean[k] / self.scale[k]
+                self.out[k, j] = found.mean[k] / self.scale[k]
             if spread:
-                self.spread.tell(self.mixture, self.position, j, self.dt if fresh else 0.0,
+                self.spread.tell(found, self.position, j, self.dt if fresh else 0.0,
                                  self.out)
             if self.with_velocity:
                 self.fuse(self.trust_in(j), j, at, fresh, spread)
@@ -280,14 +285,14 @@ class Bank:
         trust.share = 0.0
         if self.count < FIRST_FUSED or not trust.usable():
             return
-        found: Mixture = self.mixture
+        found: Mixture = self.of_velocity
         unit: cython.double = TIME_UNIT
         ap: cython.double = self.out[2, j]
-        sp: cython.double = found.variance * 4.0 / (unit * unit * unit * unit) + 1e-12
+        sp: cython.double = self.of_position.variance * 4.0 / (unit * unit * unit * unit) + 1e-12
         wanted: cython.double = at + trust.lag
         i: cython.longlong = self.steps.before(wanted) if self.delayed else self.count
-        found.look(self.velocity, j, i, wanted, self.time, spread)
-        found.mix(self.velocity, j, 1, self.pace.period)
+        found.look(j, i, wanted, self.time, spread)
+        found.mix(j, 1, self.pace.period)
         scale: cython.double = (1.0 + trust.scale) / self.rate
         av: cython.double = found.mean[1] / unit / scale
         sv: cython.double = found.variance / (unit * unit) + 1e-12
@@ -362,8 +367,11 @@ def in_a_row(t: cython.double[:, ::1], first: cython.Py_ssize_t, end: cython.Py_
     """Return the numbers of some rows of a table."""
     i: cython.Py_ssize_t
     j: cython.Py_ssize_t
-    numbers = []
+    k: cython.Py_ssize_t = 0
+    n: cython.Py_ssize_t = t.shape[1]
+    numbers: list = [0.0] * ((end - first) * n)
     for i in range(first, end):
-        for j in range(t.shape[1]):
-            numbers.append(t[i, j])
+        for j in range(n):
+            numbers[k] = t[i, j]
+            k += 1
     return numbers

@@ -45,6 +45,8 @@ cdef class Channel:
     cdef double[::1] mean       # forgetful mean squares of the innovations over variances
     cdef double[::1] before     # the same before the sample that waits
     cdef double[::1] weight
+    cdef Py_ssize_t[::1] low    # of each signal the first filter that has weight,
+    cdef Py_ssize_t[::1] high   # and the one after the last
     cdef double[::1] error      # innovations of the latest sample
     cdef double[:, ::1] excess  # what wider filters show of errors, (3, n M)
     cdef double told            # how often,
@@ -78,5 +80,5 @@ cdef class Channel:
     cdef bint confirmed(self, Signal u, double deviation) noexcept
     cdef bint decide(self, Signal u, Py_ssize_t first, double at) noexcept
     cdef void correct(self, Py_ssize_t first, double change, int waiting) noexcept
-    cdef void weigh(self, Signal u, Py_ssize_t first) noexcept
+    cdef void weigh(self, Signal u, Py_ssize_t j) noexcept
     cdef void average(self, double[::1] scale, double[:, ::1] out) noexcept

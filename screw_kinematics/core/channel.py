@@ -9,6 +9,8 @@ Lane = joint * M + filter; tables have one row for each quantity and one column 
 """
 from __future__ import annotations
 
+from array import array
+
 try:
     import cython
 except ImportError:
@@ -113,6 +115,7 @@ class Channel:
         self.signals = [Signal() for _ in range(n)]
         self.x = table(4, n * m)
         self.mean, self.before, self.weight = zeros(n * m), zeros(n * m), zeros(n * m)
+        self.low, self.high = memoryview(array('q', [0] * n)), memoryview(array('q', [m] * n))
         self.error = zeros(n * m)
         self.states, self.errors = table(1, 1), table(1, 1)
         self.excess, self.tail, self.told = table(3, n * m), table(3, n), 0.0
@@ -130,6 +133,7 @@ class Channel:
         self.told = 0.0
         for j in range(self.n):
             self.signal(j).start(z[j])
+            self.low[j], self.high[j] = 0, self.m
             for i in range(3):
                 self.tail[i, j] = 0.0
             for k in range(j * self.m, (j + 1) * self.m):
@@ -149,8 +153,7 @@ class Channel:
             self.remember()
         self.update()
         for j in range(self.n):
-            if self.signal(j).scores:
-                self.weigh(self.signal(j), j * self.m)
+            self.weigh(self.signal(j), j)
 
     def predict(self) -> None:
         """Predict the states at the sample."""
@@ -181,9 +184,9 @@ class Channel:
         foreseen: cython.double = 0.0
         noise: cython.double = 0.0
         variance: cython.double = 0.0
-        for k in range(m):
+        for k in range(self.low[j], self.high[j]):
             foreseen += self.weight[first + k] * self.x[0, first + k]
-        for k in range(m):
+        for k in range(self.low[j], self.high[j]):
             w: cython.double = self.weight[first + k]
             apart: cython.double = self.x[0, first + k] - foreseen
             own: cython.double = self.mean[first + k]
@@ -223,16 +226,17 @@ class Channel:
         i: cython.Py_ssize_t
         k: cython.Py_ssize_t
         m: cython.Py_ssize_t = self.m
-        for i in range(4):
-            for j in range(self.n):
-                for k in range(m):
-                    self.x[i, j * m + k] += self.gains.gain[i, k] * self.error[j * m + k]
         for j in range(self.n):
             share: cython.double = self.share if self.signal(j).scores else 0.0
             for k in range(m):
-                error: cython.double = self.error[j * m + k]
-                self.mean[j * m + k] += share * (
-                    error * error * self.gains.precision[k] - self.mean[j * m + k])
+                i = j * m + k
+                error: cython.double = self.error[i]
+                self.x[0, i] += self.gains.gain[0, k] * error
+                self.x[1, i] += self.gains.gain[1, k] * error
+                self.x[2, i] += self.gains.gain[2, k] * error
+                self.x[3, i] += self.gains.gain[3, k] * error
+                self.mean[i] += share * (
+                    error * error * self.gains.precision[k] - self.mean[i])
 
     def admit(self, u: Signal, first: cython.Py_ssize_t, deviation: cython.double,
               limit: cython.double, same: cython.bint) -> cython.bint:
@@ -329,11 +333,16 @@ class Channel:
             if self.delayed:
                 self.errors[(self.slot - waiting + size) % size, first + k] += change
 
-    def weigh(self, u: Signal, first: cython.Py_ssize_t) -> None:
-        """Turn the likelihoods of a signal's filters into weights."""
+    def weigh(self, u: Signal, j: cython.Py_ssize_t) -> None:
+        """Turn the likelihoods of a signal's filters into weights, if its sample tells of them."""
         k: cython.Py_ssize_t
+        first: cython.Py_ssize_t = j * self.m
+        low: cython.Py_ssize_t = 0
+        high: cython.Py_ssize_t = 0
         best: cython.double = 1e300
         total: cython.double = 0.0
+        if not u.scores:
+            return
         for k in range(self.m):
             own: cython.double = self.mean[first + k]
             own = ((own if own > u.least else u.least) + LEAST) * self.price[k]
@@ -346,13 +355,20 @@ class Channel:
         if fresh > evidence:
             evidence = fresh
             worst = best * exp(NOTHING / fresh)
-        for k in range(first, first + self.m):
-            own = self.weight[k]
-            own = exp(evidence * log(own / best)) if own < worst else 0.0
-            self.weight[k] = own
-            total += own
+        for k in range(self.m):
+            own = self.weight[first + k]
+            if own > best:      # else it is 1
+                own = exp(evidence * log(own / best)) if own < worst else 0.0
+            else:
+                own = 1.0
+            self.weight[first + k] = own
+            if own > 0.0:
+                low = k if high == 0 else low
+                high = k + 1
+                total += own
         total = 1.0 / total
-        for k in range(first, first + self.m):
+        self.low[j], self.high[j] = low, high
+        for k in range(first + low, first + high):
             self.weight[k] *= total
 
     def average(self, scale: cython.double[::1], out: cython.double[:, ::1]) -> None:
@@ -364,7 +380,7 @@ class Channel:
             m1: cython.double = 0.0
             m2: cython.double = 0.0
             m3: cython.double = 0.0
-            for k in range(j * self.m, (j + 1) * self.m):
+            for k in range(j * self.m + self.low[j], j * self.m + self.high[j]):
                 w: cython.double = self.weight[k]
                 m0 += w * self.x[0, k]
                 m1 += w * self.x[1, k]

@@ -15,16 +15,18 @@ cdef class Mixture:
     cdef bint delayed
     cdef Gains gains
     cdef Steps steps
-    cdef double[:, ::1] states      # of one signal's filters, (4, M)
+    cdef Channel channel
+    cdef double[:, ::1] states      # of the filters, or of one signal's, (4, M)
     cdef double[:, ::1] p           # covariances: after the latest step, or smoothed
-    # What `look` has found: how far the instant is beyond the states, in TIME_UNIT; the first of
-    # the rows of their covariances.
+    # What `look` has found: how far the instant is beyond the states, in TIME_UNIT; the column of
+    # the signal's first one; the first of the rows of their covariances.
     cdef double r
+    cdef Py_ssize_t first
     cdef Py_ssize_t top
     # What `mix` has found.
     cdef double[::1] mean           # state, scaled
     cdef double variance            # of the component asked for
 
-    cdef void look(self, Channel c, Py_ssize_t j, long long i, double at, double time,
+    cdef void look(self, Py_ssize_t j, long long i, double at, double time,
                    bint whole) noexcept
-    cdef void mix(self, Channel c, Py_ssize_t j, int what, double period) noexcept
+    cdef void mix(self, Py_ssize_t j, int what, double period) noexcept

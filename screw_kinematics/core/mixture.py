@@ -17,10 +17,12 @@ from .tables import NEGLIGIBLE, table, TIME_UNIT, zeros
 
 class Mixture:
     """
-    Looks at one signal after the other.
+    Looks at one signal of a channel after the other.
 
     Parameters
     ----------
+    channel:
+        Whose filters are mixed.
     gains:
         Of the filters.
     steps:
@@ -30,13 +32,13 @@ class Mixture:
 
     """
 
-    def __init__(self, gains: Gains, steps: Steps, delayed: bool) -> None:
-        self.gains, self.steps, self.m = gains, steps, gains.m
-        self.delayed, self.states = delayed, table(4, gains.m)
+    def __init__(self, channel: Channel, gains: Gains, steps: Steps, delayed: bool) -> None:
+        self.channel, self.gains, self.steps, self.m = channel, gains, steps, gains.m
+        self.delayed, self.states = delayed, table(4, gains.m) if delayed else channel.x
         self.mean, self.p = zeros(4), gains.p
-        self.r, self.top, self.variance = 0.0, 0, 0.0
+        self.r, self.first, self.top, self.variance = 0.0, 0, 0, 0.0
 
-    def look(self, c: Channel, j: cython.Py_ssize_t, i: cython.longlong, at: cython.double,
+    def look(self, j: cython.Py_ssize_t, i: cython.longlong, at: cython.double,
              time: cython.double, whole: cython.bint) -> None:
         """
         Look at the states of a signal's filters at step i, to be carried on to an instant [s].
@@ -46,17 +48,14 @@ class Mixture:
         and `time` when that was.
         """
         k: cython.Py_ssize_t
-        a: cython.Py_ssize_t
         since: cython.Py_ssize_t
         m: cython.Py_ssize_t = self.m
         first: cython.Py_ssize_t = j * m
-        lanes: cython.Py_ssize_t = c.n * m
         if not self.delayed:
-            for a in range(4):
-                for k in range(m):
-                    self.states[a, k] = c.x[a, first + k]
-            self.r, self.top = (at - time) / TIME_UNIT, 0
+            self.r, self.first = (at - time) / TIME_UNIT, first
             return
+        c: Channel = self.channel
+        lanes: cython.Py_ssize_t = c.n * m
         slot: cython.Py_ssize_t = i % self.steps.size
         b: cython.double[:, ::1] = self.states
         taps: cython.double[:, ::1] = self.steps.taps
@@ -81,8 +80,7 @@ class Mixture:
         self.r = (at - self.steps.times[slot, 0]) / TIME_UNIT
         self.top = 10 * (self.steps.latest - i)
 
-    def mix(self, c: Channel, j: cython.Py_ssize_t, what: cython.int,
-            period: cython.double) -> None:
+    def mix(self, j: cython.Py_ssize_t, what: cython.int, period: cython.double) -> None:
         """
         Mix a signal's filters.
 
@@ -90,8 +88,9 @@ class Mixture:
         Densities of the processes are of a period.
         """
         k: cython.Py_ssize_t
-        m: cython.Py_ssize_t = self.m
-        first: cython.Py_ssize_t = j * m
+        c: Channel = self.channel
+        first: cython.Py_ssize_t = j * self.m
+        s: cython.Py_ssize_t
         r: cython.double = self.r
         r2: cython.double = r * r
         r3: cython.double = r2 * r
@@ -106,17 +105,18 @@ class Mixture:
         square: cython.double = 0.0
         inner: cython.double = 0.0
         v: cython.double
-        for k in range(m):
+        for k in range(c.low[j], c.high[j]):
             w: cython.double = c.weight[first + k]
             if w < NEGLIGIBLE:
                 continue
+            s = self.first + k
             total += w
-            x1: cython.double = self.states[1, k]
-            x2: cython.double = self.states[2, k]
-            b3: cython.double = self.states[3, k]
+            x1: cython.double = self.states[1, s]
+            x2: cython.double = self.states[2, s]
+            b3: cython.double = self.states[3, s]
             b2: cython.double = x2 + 3.0 * r * b3
             b1: cython.double = x1 + 2.0 * r * x2 + 3.0 * r2 * b3
-            b0: cython.double = self.states[0, k] + r * x1 + r2 * x2 + r3 * b3
+            b0: cython.double = self.states[0, s] + r * x1 + r2 * x2 + r3 * b3
             m0 += w * b0
             m1 += w * b1
             m2 += w * b2

@@ -138,6 +138,7 @@ class PeriodSearch:
 
     def since_moving(self) -> int:
         """Return how many of the readings are since the joints moved."""
+        self.readings.move_to_front()
         i: cython.Py_ssize_t
         j: cython.Py_ssize_t
         n: cython.Py_ssize_t = self.readings.count
@@ -187,6 +188,7 @@ class PeriodSearch:
         k: cython.Py_ssize_t
         o: cython.Py_ssize_t
         n: cython.Py_ssize_t = self.readings.count
+        self.readings.move_to_front()
         self.count = n
         if n < FIRST:
             return None

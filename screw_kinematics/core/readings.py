@@ -37,16 +37,17 @@ class Readings:
     """
 
     def __init__(self, n: int, size: int) -> None:
-        self.n, self.size, self.count = n, size, 0
-        self.tick, self.deviation, self.stamp = zeros(size), zeros(size), zeros(size)
-        self.time, self.q, self.latest = zeros(size), table(size, n), zeros(n)
+        self.n, self.size, self.start, self.count = n, size, 0, 0
+        # Twice the room, so that seldom all of them are moved.
+        self.tick, self.deviation, self.stamp = zeros(2 * size), zeros(2 * size), zeros(2 * size)
+        self.time, self.q, self.latest = zeros(2 * size), table(2 * size, n), zeros(n)
         self.base, self.product = zeros(size), zeros(size)
 
     def clear(self) -> None:
         """Forget all."""
-        self.count = 0
+        self.start = self.count = 0
 
-    def number(self) -> int:
+    def number(self) -> cython.Py_ssize_t:
         """Return how many there are."""
         return self.count
 
@@ -55,8 +56,10 @@ class Readings:
         """Add a reading; the oldest one is forgotten where there is no room."""
         if self.count == self.size:
             self.drop(1)
+        if self.start >= self.size:
+            self.move_to_front()
         j: cython.Py_ssize_t
-        i: cython.Py_ssize_t = self.count
+        i: cython.Py_ssize_t = self.start + self.count
         fill(self.latest, position)
         self.tick[i], self.deviation[i], self.stamp[i], self.time[i] = (
             tick, deviation, stamp, time)
@@ -66,42 +69,48 @@ class Readings:
 
     def drop(self, first: cython.Py_ssize_t) -> None:
         """Forget the oldest ones."""
+        self.start += first
+        self.count -= first
+
+    def move_to_front(self) -> None:
+        """Let the oldest one be in the first row."""
         i: cython.Py_ssize_t
         j: cython.Py_ssize_t
-        for i in range(self.count - first):
+        first: cython.Py_ssize_t = self.start
+        for i in range(self.count):
             self.tick[i], self.deviation[i] = self.tick[i + first], self.deviation[i + first]
             self.stamp[i], self.time[i] = self.stamp[i + first], self.time[i + first]
             for j in range(self.n):
                 self.q[i, j] = self.q[i + first, j]
-        self.count -= first
+        self.start = 0
 
     def at(self, i: cython.Py_ssize_t) -> tuple[float, float, float, float]:
         """Return tick, deviation, stamp and time of reading i; -1: the latest."""
-        k: cython.Py_ssize_t = self.count + i if i < 0 else i
+        k: cython.Py_ssize_t = self.start + (self.count + i if i < 0 else i)
         return self.tick[k], self.deviation[k], self.stamp[k], self.time[k]
 
     def position(self, i: cython.Py_ssize_t) -> tuple[float, ...]:
         """Return the positions of reading i."""
-        return tuple([self.q[i, j] for j in range(self.n)])
+        return tuple([self.q[self.start + i, j] for j in range(self.n)])
 
     def place(self, i: cython.Py_ssize_t, tick: cython.double, deviation: cython.double,
               time: cython.double) -> None:
         """Put reading i at another tick."""
+        i += self.start
         self.tick[i], self.deviation[i], self.time[i] = tick, deviation, time
 
     def by_ticks(self, time: float, unit: float,
                  scale: float) -> list[tuple[float, tuple[float, ...]]] | None:
         """Return all, by ticks of a unit and a share of deviations from the latest at a time."""
-        last = self.count - 1
-        times = [time + (self.tick[i] - self.tick[last]) * unit
-                 + (self.deviation[i] - self.deviation[last]) * scale for i in range(self.count)]
+        tick, deviation, *_ = self.at(-1)
+        times = [time + (self.at(i)[0] - tick) * unit + (self.at(i)[1] - deviation) * scale
+                 for i in range(self.count)]
         return self.at_times(times, 0.05 * unit)
 
     def by_stamps(self, time: float) -> list[tuple[float, tuple[float, ...]]] | None:
         """Return all, as far from the latest at a time as their stamps are."""
-        last = self.count - 1
-        return self.at_times([time + self.stamp[i] - self.stamp[last] for i in range(self.count)],
-                             1e-5)
+        stamp = self.at(-1)[2]
+        return self.at_times([time + self.at(i)[2] - stamp for i in range(self.count)], 1e-5)
 
     def at_times(self, times: list[float],
                  apart: float) -> list[tuple[float, tuple[float, ...]]] | None:
@@ -113,7 +122,7 @@ class Readings:
     def rescale(self, origin: cython.double, factor: cython.double) -> None:
         """Count ticks from another origin, and by another length."""
         i: cython.Py_ssize_t
-        for i in range(self.count):
+        for i in range(self.start, self.start + self.count):
             self.tick[i] = (self.tick[i] - origin) / factor
 
     def divisor(self, last: cython.Py_ssize_t) -> int:
@@ -122,7 +131,7 @@ class Readings:
         common: cython.longlong = 0
         a: cython.longlong
         b: cython.longlong
-        for i in range(self.count - last + 1, self.count):
+        for i in range(self.start + self.count - last + 1, self.start + self.count):
             a = round_to(self.tick[i] - self.tick[i - 1])
             b = common
             while b:
@@ -147,7 +156,7 @@ class Readings:
         j: cython.Py_ssize_t
         k: cython.Py_ssize_t
         b: cython.Py_ssize_t
-        f: cython.Py_ssize_t = self.count - last
+        f: cython.Py_ssize_t = self.start + self.count - last
         cross: cython.double = 0.0
         of_stamps: cython.double = 0.0
         of_all: cython.double = 0.0

@@ -120,7 +120,7 @@ class Spread:
             for k in range(self.m - 1):
                 if four[k] != four[k + 1]:
                     continue
-                d: cython.double = x[i, k] - x[i, k + 1]
+                d: cython.double = x[i, found.first + k] - x[i, found.first + k + 1]
                 d = d * d
                 if c.shaken and d > excess[i, first + k]:
                     excess[i, first + k] = d
@@ -163,10 +163,10 @@ class Spread:
                 continue
             noise: cython.double = mean[first + k] if mean[first + k] > least else least
             s: cython.double = v * (self.known_noise if self.known_noise > 0.0 else noise)
-            d0: cython.double = x[0, k] - m0
-            d1: cython.double = x[1, k] - m1
-            d2: cython.double = x[2, k] - m2
-            d3: cython.double = x[3, k] - m3
+            d0: cython.double = x[0, found.first + k] - m0
+            d1: cython.double = x[1, found.first + k] - m1
+            d2: cython.double = x[2, found.first + k] - m2
+            d3: cython.double = x[3, found.first + k] - m3
             e[0, 0] += s * p[top, k] + v * d0 * d0
             e[1, 0] += s * p[top + 1, k] + v * d0 * d1
             e[2, 0] += s * p[top + 2, k] + v * d0 * d2

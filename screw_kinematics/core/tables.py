@@ -34,8 +34,8 @@ LEAST = 1e-26
 FINEST = 1e-6
 """Steps of an encoder are not known better [rad]."""
 
-NOTHING = -37.0
-"""Logarithm of a weight that is lost in the rounding of others."""
+NOTHING = -21.0
+"""Logarithm of a weight beside the best filter's that is none."""
 
 NEGLIGIBLE = 1e-4
 """Weights of filters below are passed over."""

@@ -16,3 +16,4 @@ cdef class HeldReadings:
 
     cpdef bint repeats(self, double stamp, double age, double foreseen, double unit,
                        Bank bank) except -1
+    cpdef moved(self, double stamp, object position, long ticks, bint learn)

@@ -8,6 +8,7 @@ from __future__ import annotations
 from math import dist, inf
 
 from .numbers import Row
+from .tick_counter import Ticks
 from ..core.bank import Bank
 
 HELD_MOST = 0.1
@@ -75,7 +76,7 @@ class HeldReadings:
             self.standing or self._stands(since, foreseen, unit, bank))
         return age < 1.3 * self.hold or self.standing and since < HELD_MOST
 
-    def moved(self, stamp: float, position: Row, ticks: int, learn: bool) -> None:
+    def moved(self, stamp: float, position: Row, ticks: Ticks, learn: bool) -> None:
         """Take another reading, so many ticks later; `learn`: how far joints step at least."""
         self.standing = False
         self._steps = (position, self._position, ticks), self._steps[0]

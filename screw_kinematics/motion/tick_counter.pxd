@@ -28,6 +28,9 @@ cdef class TickCounter:
                    lowest=long, highest=long)
     cpdef long number(self, double stamp, double x, double foreseen, double unforeseen,
                       bint same) except -1
+    cpdef note(self, long d)
+    @cython.locals(period=double, late=double, held_up=bint, shift=double)
+    cpdef double advance(self, long d, double stamp, bint sure) except? -1e300
     @cython.locals(new=TickCounter)
     cpdef TickCounter recounted(self, list numbers, list stamps, double at_zero, double period,
                                 double deviation)

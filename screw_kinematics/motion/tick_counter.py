@@ -10,6 +10,9 @@ from math import inf, log, sqrt
 
 from ..core.robust_line import Line
 
+Ticks = int
+"""A number of ticks; under this name Cython 3.0.8 takes the type of C that is in the .pxd."""
+
 LONGEST = 2.0
 """Memory of phase and period, s."""
 
@@ -142,7 +145,7 @@ class TickCounter:
                 best, found = cost, d
         return found
 
-    def note(self, d: int) -> None:
+    def note(self, d: Ticks) -> None:
         """Remember that d ticks have passed between two readings."""
         self._weight *= 1.02
         self.often[d] = self.often.get(d, 0.0) + self._weight
@@ -153,7 +156,7 @@ class TickCounter:
             self._weight = 1.0
             self.total = sum(self.often.values())
 
-    def advance(self, d: int, stamp: float, sure: bool) -> float:
+    def advance(self, d: Ticks, stamp: float, sure: bool) -> float:
         """
         Go on by d ticks, at least 1; return by how much the stamp is later than the tick, s.
 

@@ -18,6 +18,7 @@ cdef class State:
 @cython.final
 cdef class Kinematics:
     cdef readonly object program
+    cdef object _evaluate
     cdef readonly bint covariance, moving_base, standing_base
     cdef readonly long told, order
     cdef Py_ssize_t _dof, _inputs

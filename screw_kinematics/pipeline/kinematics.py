@@ -70,7 +70,7 @@ class Kinematics:
 
     def __init__(self, program: RobotProgram, covariance: bool = False,
                  order: int | None = None) -> None:
-        self.program = program
+        self.program, self._evaluate = program, program.evaluate
         self.covariance = covariance
         self.told = program.order if order is None else order
         self.order = max(program.order, self.told)
@@ -96,7 +96,7 @@ class Kinematics:
             inputs = [*inputs, *(0.0,) * (self._inputs - len(inputs))]
         if self.moving_base:
             inputs = [*inputs, *(AT_REST if base is None else base.values)]
-        values = self.program.evaluate(inputs)
+        values = self._evaluate(inputs)
         total = sum(values)
         if total - total != 0.0:
             return Reason.STATE_NOT_FINITE

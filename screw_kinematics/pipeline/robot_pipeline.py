@@ -80,8 +80,7 @@ class RobotPipeline:
         self._groups = JointGroups(joint_names)
         # By columns: joints that fall silent and come again go on.
         self._motions: dict[tuple[int, ...], GroupMotion] = {}
-        self._watches = _Watches(self._groups.joint_names, self.continuous,
-                                 settings.velocity_source == 'measured')
+        self._watches: dict[tuple[int, ...], StreamWatch] = {}
         self._synchronizer = Synchronizer(len(joint_names), round(max_apart * 1e9))
         self._kinematics: Kinematics | None = None
         self.base: MovingBase | None = None
@@ -116,41 +115,43 @@ class RobotPipeline:
             Positions [rad, m], and velocities [rad/s, m/s] or NaN or none.
 
         """
-        close = self.account.close
+        account = self.account
         if self._offset_ns:
             sample = sample._replace(stamp_ns=sample.stamp_ns + self._offset_ns)
-        reading = self._groups.read(sample)
-        if not isinstance(reading, Reading):
-            return close(reading)
-        self._watches[reading.group.columns].update(reading)
+        found = self._groups.read(sample)
+        if not isinstance(found, Reading):
+            return account.close(found)
+        reading = found         # whose type is in the .pxd
+        group = reading.group
+        watch = self._watches.get(group.columns) or self._begin_watch(group)
+        watch.update(reading)
         kinematics = self._kinematics
         if kinematics is None:
-            return close(Reason.NOTHING_WANTED)
-        motion = self._motions.get(reading.group.columns) or self._begin(
-            reading.group, kinematics)
+            return account.close(Reason.NOTHING_WANTED)
+        motion = self._motions.get(group.columns) or self._begin(group, kinematics)
         moving = motion.update(reading)
         if not isinstance(moving, Motion):
-            return close(moving)
-        whole = self._synchronizer.add(reading.group, moving)
+            return account.close(moving)
+        whole = moving if group.complete else self._synchronizer.add(group, moving)
         if not isinstance(whole, Motion):
-            return close(whole)
+            return account.close(whole)
         base = None
         if kinematics.moving_base:
             assert self.base is not None
-            found = self.base.at(whole.stamp_ns)
-            if not isinstance(found, Reason):
-                base = found
+            moved = self.base.at(whole.stamp_ns)
+            if not isinstance(moved, Reason):
+                base = moved
             elif kinematics.standing_base:
-                self.account.without_base += 1
+                account.without_base += 1
             else:
-                return close(found, self.base.problem())
+                return account.close(moved, self.base.problem())
         try:
             state = kinematics.evaluate(whole, base)
         except (ScrewKinematicsError, ArithmeticError, ValueError) as error:
-            return close(Reason.NO_SOLUTION, str(error))
+            return account.close(Reason.NO_SOLUTION, str(error))
         if isinstance(state, State) and state.order < kinematics.told:
-            self.account.incomplete += 1
-        return close(state)
+            account.incomplete += 1
+        return account.close(state)
 
     def reset(self) -> None:
         """Start anew, as after a jump of the clock; counts stay."""
@@ -218,6 +219,14 @@ class RobotPipeline:
         """Return the estimators at work."""
         return [m.estimator for m in self._motions.values() if m.estimator is not None]
 
+    def _begin_watch(self, group: JointGroup) -> StreamWatch:
+        """Return what watches a group of joints from its first reading on."""
+        watch = self._watches[group.columns] = StreamWatch(
+            [self.joint_names[column] for column in group.columns],
+            [self.continuous[column] for column in group.columns],
+            self.settings.velocity_source == 'measured')
+        return watch
+
     def _begin(self, group: JointGroup, kinematics: Kinematics) -> GroupMotion:
         """Return the motion of a new group, in place of those that had joints of it."""
         for others in list(self._motions):
@@ -232,18 +241,3 @@ class RobotPipeline:
         return make_motion(self.settings, [self.continuous[c] for c in columns],
                            [self.max_velocity[c] for c in columns],
                            kinematics.order, kinematics.covariance, before)
-
-
-class _Watches(dict[tuple[int, ...], StreamWatch]):
-    """What watches each group of joints, from its first reading on."""
-
-    def __init__(self, joint_names: Sequence[str], continuous: Sequence[bool],
-                 measured: bool) -> None:
-        self._joint_names, self._continuous = joint_names, continuous
-        self._measured = measured
-
-    def __missing__(self, columns: tuple[int, ...]) -> StreamWatch:
-        watch = self[columns] = StreamWatch(
-            [self._joint_names[column] for column in columns],
-            [self._continuous[column] for column in columns], self._measured)
-        return watch

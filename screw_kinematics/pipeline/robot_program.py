@@ -76,11 +76,7 @@ class OneTip:
         self.moving_base, self.standing_base = moving_base, not moving_base
         self.order, self.dof = program.order, program.dof
         self.tips = [program.slices]
-
-    def evaluate(self, values: Sequence[float]) -> Sequence[float]:
-        """Return the outputs from positions, velocities, ... of the joints."""
-        values = self.program.evaluate(values)
-        return values
+        self.evaluate = program.evaluate
 
     def continue_from(self, before: Any) -> None:
         """Go on where the program before was."""

@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import pi
+from math import dist, pi
 
 import numpy as np
 
@@ -138,7 +138,8 @@ class StreamWatch:
                                               or abs(abs(a - b) - 2 * pi) < WRAP):
                 self._wrapped[k] += 1
         position, velocity = reading.position, reading.velocity
-        self._farthest = [max(x, y, key=abs) for x, y in zip(self._farthest, position)]
+        self._farthest = [y if abs(y) > abs(x) else x
+                          for x, y in zip(self._farthest, position)]
         if velocity is None:
             return
         if self._measured:
@@ -149,7 +150,7 @@ class StreamWatch:
             self._first = position, velocity
             return
         first, constant = self._first
-        if max(abs(x - y) for x, y in zip(position, first)) > JUMP:     # the joints have moved
+        if dist(position, first) > JUMP:        # the joints have moved
             self._velocities += 1
             self._as_position += list(velocity) == list(position)
             self._constant += list(velocity) == list(constant)
