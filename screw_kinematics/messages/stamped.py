@@ -102,13 +102,15 @@ class TwistEncoder(_FramesEncoder):
     ----------
     frame_id : str
         Frame whose axes the vectors are expressed in.
+    first : int
+        Where they begin among the values.
 
     """
 
     __slots__ = ()
 
-    def __init__(self, frame_id: str) -> None:
-        super().__init__([frame_id], _ANGULAR_LAST)
+    def __init__(self, frame_id: str, first: int = 0) -> None:
+        super().__init__([frame_id], [first + i for i in _ANGULAR_LAST])
 
 
 class VelocityEncoder(_FramesEncoder):
@@ -121,13 +123,17 @@ class VelocityEncoder(_FramesEncoder):
         Frame whose axes the vectors are expressed in.
     body_frame_id, reference_frame_id : str
         The body that moves, and the one it is seen from.
+    first : int
+        Where the six begin among the values.
 
     """
 
     __slots__ = ()
 
-    def __init__(self, frame_id: str, body_frame_id: str, reference_frame_id: str) -> None:
-        super().__init__([frame_id, body_frame_id, reference_frame_id], _ANGULAR_LAST)
+    def __init__(self, frame_id: str, body_frame_id: str, reference_frame_id: str,
+                 first: int = 0) -> None:
+        super().__init__([frame_id, body_frame_id, reference_frame_id],
+                         [first + i for i in _ANGULAR_LAST])
 
 
 class PoseEncoder(_FramesEncoder):

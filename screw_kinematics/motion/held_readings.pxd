@@ -11,8 +11,9 @@ cdef double HELD_MOST, STEPS_SEEN, HARDEST
 cdef class HeldReadings:
     cdef public double hold, quantum
     cdef public bint standing
-    cdef long _same
-    cdef object _position, _moved, _steps
+    cdef long _same, _ticks, _ticks_before
+    cdef double _came, _ran
+    cdef object _position, _one_ago, _two_ago, _before
 
     cpdef bint repeats(self, double stamp, double age, double foreseen, double unit,
                        Bank bank) except -1

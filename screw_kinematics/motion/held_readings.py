@@ -45,11 +45,11 @@ class HeldReadings:
         self.standing = False
         """Whether the reading repeats although the joints cannot have stopped."""
         self._same = 0
-        self._position = position
-        # A reading, the one before, when it came, and for how long that one was held.
-        self._moved: tuple[Row, Row | None, float, float] = (
-            position, None, stamp, 0.0)
-        self._steps = (position, position, 1), (position, position, 1)
+        # Of the latest reading: when it came; the one before, and for how long that was held.
+        self._came = stamp
+        self._before: Row | None = None
+        self._ran = 0.0
+        self.stopped(position)
 
     def repeats(self, stamp: float, age: float, foreseen: float, unit: float,
                 bank: Bank | None) -> bool:
@@ -71,7 +71,7 @@ class HeldReadings:
 
         """
         self._same += 1
-        since = stamp - self._moved[2]
+        since = stamp - self._came
         self.standing = bank is not None and (
             self.standing or self._stands(since, foreseen, unit, bank))
         return age < 1.3 * self.hold or self.standing and since < HELD_MOST
@@ -79,17 +79,18 @@ class HeldReadings:
     def moved(self, stamp: float, position: Row, ticks: Ticks, learn: bool) -> None:
         """Take another reading, so many ticks later; `learn`: how far joints step at least."""
         self.standing = False
-        self._steps = (position, self._position, ticks), self._steps[0]
-        self._position = position
-        if learn or self._same or self._moved[3] > 0.0:
+        if learn or self._same or self._ran > 0.0:
             self._follow(stamp, position)
-        else:
-            self._moved = position, self._moved[0], stamp, 0.0
+        self._came, self._before = stamp, self._position
+        self._two_ago, self._one_ago, self._position = self._one_ago, self._position, position
+        self._ticks_before, self._ticks = self._ticks, ticks
 
     def stopped(self, position: Row) -> None:
         """Know that the joints have stopped for good."""
         self.standing = False
-        self._steps = (position, position, 1), (position, position, 1)
+        # Three readings, and the ticks between them.
+        self._one_ago = self._two_ago = self._position = position
+        self._ticks = self._ticks_before = 1
 
     def _stands(self, since: float, foreseen: float, unit: float, bank: Bank) -> bool:
         """
@@ -98,7 +99,8 @@ class HeldReadings:
         They had gone on evenly up to it, as far as the encoder can tell, and would have moved on
         by many of its steps since then.
         """
-        gone, before = (dist(new, old) / ticks for new, old, ticks in self._steps)
+        gone = dist(self._position, self._one_ago) / self._ticks
+        before = dist(self._one_ago, self._two_ago) / self._ticks_before
         step = self.quantum if self.quantum < inf else 0.0
         return (gone + step > 0.8 * before > 0.0 and foreseen + step > 0.5 * gone
                 and foreseen > HARDEST * (since - 1.1 * unit) * unit
@@ -106,18 +108,18 @@ class HeldReadings:
 
     def _follow(self, stamp: float, position: Row) -> None:
         """Learn for how long readings are held that repeat and then go on as before."""
-        moved, before, when, ran = self._moved
+        moved, before = self._position, self._before
         move = [a - b for a, b in zip(position, moved)]
         sizes = [abs(m) for m in move]
         self.quantum = min(self.quantum, min(size for size in sizes if size > 0.0))
-        run = stamp - when
+        run = stamp - self._came
         if before is not None and max(sizes) > 4.0 * self.quantum:
             old = [a - b for a, b in zip(moved, before)]
             along = sum(a * b for a, b in zip(move, old))
             both = dist(position, moved) * dist(moved, before)
             if along > 0.8 * both and self._same > 0:
-                self.hold = max(0.98 * self.hold, min(run, ran))
+                self.hold = max(0.98 * self.hold, min(run, self._ran))
             else:
                 self.hold *= 0.98
-        self._moved = position, moved, stamp, run if self._same > 0 else 0.0
+        self._ran = run if self._same > 0 else 0.0
         self._same = 0

@@ -23,5 +23,5 @@ cdef class Kinematics:
     cdef readonly long told, order
     cdef Py_ssize_t _dof, _inputs
 
-    @cython.locals(order=Py_ssize_t)
+    @cython.locals(order=Py_ssize_t, total=double, value=double)
     cpdef object evaluate(self, Motion motion, object base=*)

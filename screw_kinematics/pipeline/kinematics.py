@@ -97,7 +97,9 @@ class Kinematics:
         if self.moving_base:
             inputs = [*inputs, *(AT_REST if base is None else base.values)]
         values = self._evaluate(inputs)
-        total = sum(values)
+        total = 0.0
+        for value in values:
+            total += value
         if total - total != 0.0:
             return Reason.STATE_NOT_FINITE
         return State(motion.stamp_ns, values, motion, order, base,

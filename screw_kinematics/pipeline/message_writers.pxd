@@ -8,7 +8,6 @@ from ..messages.stamped cimport StampedEncoder
 
 @cython.final
 cdef class SixVectorWriter:
-    cdef object _at
     cdef StampedEncoder _encoder
 
     cpdef bytes encode(self, State state)

@@ -185,21 +185,20 @@ def message_writer(output: str, slices: Slices, model: Any, settings: RobotSetti
         return CovarianceWriter(slices[kind.needs[0]], slices['jacobian'], kind.order, frames,
                                 joints, TwistRate(slices, settings) if kind.order == 1 else None)
     if output == 'velocity':
-        return SixVectorWriter(slices[kind.needs[0]],
-                               VelocityEncoder(frames.axes, frames.tip, frames.base))
-    return SixVectorWriter(slices[kind.needs[0]], TwistEncoder(frames.axes))
+        return SixVectorWriter(VelocityEncoder(
+            frames.axes, frames.tip, frames.base, slices[kind.needs[0]].start))
+    return SixVectorWriter(TwistEncoder(frames.axes, slices[kind.needs[0]].start))
 
 
 class SixVectorWriter:
     """Twist, acceleration, jerk, ...: one six-vector."""
 
-    def __init__(self, at: slice, encoder: TwistEncoder | VelocityEncoder) -> None:
-        self._at = at
+    def __init__(self, encoder: TwistEncoder | VelocityEncoder) -> None:
         self._encoder = encoder
 
     def encode(self, state: State) -> bytes:
         """Return the serialized message."""
-        return self._encoder.encode(state.stamp_ns, state.values[self._at])
+        return self._encoder.encode(state.stamp_ns, state.values)
 
 
 class PoseWriter:
