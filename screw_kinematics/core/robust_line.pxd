@@ -14,3 +14,4 @@ cdef class Line:
 
     cpdef void add(self, double tick, double stamp) noexcept
     cpdef void keep(self, Py_ssize_t last) noexcept
+    cpdef bint full(self) noexcept

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-import math
+from math import dist, isfinite, isnan, nan, pi
 from numbers import Real
 
 from .numbers import for_joints, positive, Row, whole
@@ -32,7 +32,7 @@ BORNE, WAITED, BEGUN = 8, 1000, 40
 who sends more of them again, or so many at a time, does so as a rule. After as many that were
 apart as the last number says a run has begun for good."""
 
-TURN = 2.0 * math.pi
+TURN = 2.0 * pi
 
 
 class Admission:
@@ -88,8 +88,8 @@ class Admission:
         self.restarts: Counter[str] = Counter()
         self.longest_gap = 0.0
         """The longest pause that restarted, s."""
-        self.position: Row = (math.nan,) * n_joints
-        self.stamp = math.nan
+        self.position: Row = (nan,) * n_joints
+        self.stamp = nan
         """Of the latest good sample of the run; NaN before the first."""
         self.period = 0.0
         """Time that passes between readings at least, s, whatever late stamps say; 0: unknown."""
@@ -103,7 +103,7 @@ class Admission:
 
     def reset(self) -> None:
         """Let the next good sample start a new run; the counts stay."""
-        self.stamp = math.nan
+        self.stamp = nan
 
     def admit(self, stamp: float, position: Row) -> float | Reason:
         """
@@ -130,7 +130,7 @@ class Admission:
                 position = self._unwrapped(position)
             # The norm bounds each component, and is NaN if any is: it settles most cases.
             passed = dt if dt > self.period else self.period
-            if (math.dist(position, self.position) <= self._slowest * passed + self.max_jump
+            if (dist(position, self.position) <= self._slowest * passed + self.max_jump
                     or self._plausible(position, passed)):
                 self.position = position
                 self.stamp = stamp
@@ -149,7 +149,7 @@ class Admission:
     def _unwrapped(self, position: Row) -> Row:
         assert self.wraps is not None
         return tuple([
-            q - TURN * round((q - last) / TURN) if wraps and math.isfinite(q) else q
+            q - TURN * round((q - last) / TURN) if wraps and isfinite(q) else q
             for q, last, wraps in zip(position, self.position, self.wraps)])
 
     def _plausible(self, position: Row, dt: float) -> bool:
@@ -159,15 +159,15 @@ class Admission:
     def _judge(self, stamp: float, position: Row, dt: float,
                shortest: float) -> float | Reason:
         """Handle whatever is out of the ordinary."""
-        if not math.isfinite(stamp):
+        if not isfinite(stamp):
             return self.refuse(Reason.STAMP_NOT_FINITE)
         if len(position) != self.n_joints:
             return self.refuse(Reason.WRONG_LENGTH)
-        if not all(map(math.isfinite, position)):
+        if not all(map(isfinite, position)):
             return self.refuse(Reason.NOT_FINITE)
         if max(map(abs, position)) > LARGEST:
             return self.refuse(Reason.IMPLAUSIBLE_POSITION)
-        if math.isnan(self.stamp):
+        if isnan(self.stamp):
             return self._start(stamp, position)
         if dt <= shortest:
             self._backward += 1

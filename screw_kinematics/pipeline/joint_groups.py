@@ -158,21 +158,21 @@ class JointGroups:
 
     def read(self, sample: JointSample) -> Reading | Reason:
         """Return what a sample says of the joints of a group, or the reason to refuse it."""
-        found = self._layouts.get(sample.names)
+        stamp_ns, names, positions, velocities = sample
+        found = self._layouts.get(names)
         if found is None:
-            found = self._new_layout(sample.names)
+            found = self._new_layout(names)
         if not isinstance(found, NameLayout):
             return found
         layout = found      # whose type is in the .pxd
-        if len(sample.position) != layout.length:
+        if len(positions) != layout.length:
             return Reason.WRONG_LENGTH
-        position = layout.select(sample.position)
+        position = layout.select(positions)
         if not hypot(*position) < LARGEST:      # NaN, infinite, or absurd
             return Reason.NOT_FINITE
         layout.group.messages += 1
-        velocity = (layout.select(sample.velocity)
-                    if len(sample.velocity) == layout.length else None)
-        return Reading(layout.group, sample.stamp_ns, position, velocity)
+        velocity = layout.select(velocities) if len(velocities) == layout.length else None
+        return Reading(layout.group, stamp_ns, position, velocity)
 
     def missing(self) -> list[str]:
         """Return the names of the joints that no group brings."""
