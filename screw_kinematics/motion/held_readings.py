@@ -49,7 +49,9 @@ class HeldReadings:
         self._came = stamp
         self._before: Row | None = None
         self._ran = 0.0
-        self.stopped(position)
+        # Three readings, and the ticks between them.
+        self._position = self._one_ago = self._two_ago = position
+        self._ticks = self._ticks_before = 1
 
     def repeats(self, stamp: float, age: float, foreseen: float, unit: float,
                 bank: Bank | None) -> bool:
@@ -88,7 +90,6 @@ class HeldReadings:
     def stopped(self, position: Row) -> None:
         """Know that the joints have stopped for good."""
         self.standing = False
-        # Three readings, and the ticks between them.
         self._one_ago = self._two_ago = self._position = position
         self._ticks = self._ticks_before = 1
 
