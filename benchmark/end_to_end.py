@@ -8,12 +8,11 @@ way of estimating is a robot of one node; errors are those at the instant each o
 with. Samples carry the stamps of a regular clock, and are sent as fast as the node takes them.
 """
 import argparse
-import os
 import subprocess
 import sys
 import time
 
-import domain_coordinator
+from benchmark.domain import own_domain
 from geometry_msgs.msg import AccelStamped
 import numpy as np
 import rclpy
@@ -127,8 +126,7 @@ def main() -> None:
     parser.add_argument('--seconds', type=float, default=6.0, help='of motion')
     parser.add_argument('--seed', type=int, default=1)
     options = parser.parse_args()
-    with domain_coordinator.domain_id() as domain:
-        os.environ.update(ROS_DOMAIN_ID=str(domain), ROS_AUTOMATIC_DISCOVERY_RANGE='LOCALHOST')
+    with own_domain():
         rclpy.init()
         rows = run(round(options.seconds * 1e9 / PERIOD_NS), options.seed)
         rclpy.try_shutdown()

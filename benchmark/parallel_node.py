@@ -9,14 +9,13 @@ and once with one that knows the exact rates: then its outputs are those of the 
 The CPU time is that of the node as it is used; to know the exact motion costs time of its own.
 """
 import argparse
-import os
 from pathlib import Path
 import statistics
 import subprocess
 import sys
 import time
 
-import domain_coordinator
+from benchmark.domain import own_domain
 from geometry_msgs.msg import AccelStamped, TwistStamped
 import numpy as np
 import rclpy
@@ -132,8 +131,7 @@ def main() -> None:
     options = parser.parse_args()
     table = Table('estimator', 'CPU per message, ms', 'messages', 'outputs', 'largest error of '
                   'the twist', 'of the acceleration')
-    with domain_coordinator.domain_id() as domain:
-        os.environ.update(ROS_DOMAIN_ID=str(domain), ROS_AUTOMATIC_DISCOVERY_RANGE='LOCALHOST')
+    with own_domain():
         rclpy.init()
         rounds = [[Trial(kind).run(round(options.seconds * 1e9 / PERIOD_NS)) for kind in KINDS]
                   for _ in range(options.rounds)]

@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
-import os
 from pathlib import Path
 import subprocess
 import sys
@@ -22,9 +21,9 @@ import threading
 import time
 from typing import Any
 
+from benchmark.domain import own_domain
 from benchmark.estimation.recorded import add_options, prepare, read_stream, samples_of, score
 from benchmark.estimation.samples import Result
-import domain_coordinator
 import numpy as np
 import rclpy
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
@@ -197,9 +196,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     try:
         stream, names = read_stream(chosen)
         messages = messages_of(stream, names)
-        with domain_coordinator.domain_id() as domain:
-            os.environ.update(ROS_DOMAIN_ID=str(domain),
-                              ROS_AUTOMATIC_DISCOVERY_RANGE='LOCALHOST')
+        with own_domain():
             rclpy.init()
             played = play(names, messages, console)
             rclpy.try_shutdown()

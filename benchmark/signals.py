@@ -21,7 +21,6 @@ import sys
 import tempfile
 import time
 
-import domain_coordinator
 from geometry_msgs.msg import AccelStamped, TwistStamped
 import rclpy
 from rclpy.experimental import EventsExecutor
@@ -31,6 +30,7 @@ from rich.progress import track
 from rich.table import Table
 from sensor_msgs.msg import JointState
 
+from .domain import own_domain
 from .node.contenders import SCRIPTED
 from .node.robot import Driver
 
@@ -165,9 +165,7 @@ def main() -> int:
     console = Console()
     problems: dict[str, Counter[str]] = {name: Counter() for name in NAMES}
     durations: dict[str, list[float]] = {name: [] for name in NAMES}
-    with domain_coordinator.domain_id() as domain, tempfile.TemporaryDirectory() as directory:
-        os.environ.update(
-            ROS_DOMAIN_ID=str(domain), ROS_AUTOMATIC_DISCOVERY_RANGE='LOCALHOST')
+    with own_domain(), tempfile.TemporaryDirectory() as directory:
         trials = Trials(options.rate, options.seed, Path(directory, 'log'))
         for _ in track(range(options.times), 'signals', console=console):
             for name in NAMES:

@@ -13,7 +13,6 @@ import subprocess
 import time
 from types import TracebackType
 
-import domain_coordinator
 from geometry_msgs.msg import AccelStamped, TwistStamped
 import rclpy
 from rclpy.experimental import EventsExecutor
@@ -23,6 +22,7 @@ from sensor_msgs.msg import JointState
 
 from .contenders import Contender
 from .robot import Driver, PERIOD_NS
+from ..domain import own_domain
 
 WINDOW = 50         # messages under way at most, fewer than any queue holds: nothing is lost
 PATIENCE = 60.0     # for a node to start [s]
@@ -78,9 +78,7 @@ class Trial:
     def __enter__(self) -> 'Trial':
         """Start the node, and make it ready to be timed."""
         with ExitStack() as stack:
-            domain = stack.enter_context(domain_coordinator.domain_id())
-            os.environ.update(
-                {'ROS_DOMAIN_ID': str(domain), 'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST'})
+            domain = stack.enter_context(own_domain())
             # What is installed has its bytecode, so a checkout shall have it too.
             os.environ.pop('PYTHONDONTWRITEBYTECODE', None)
             # Of the driver alone: contenders have their own settings, or none.

@@ -9,14 +9,16 @@ of the node did not grow.
 import argparse
 from pathlib import Path
 import sys
+import tempfile
 
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.table import Table
 
 from .faults import FAULTS
-from .printing import conclude, console, look_for_tracebacks, own_domain, write
+from .printing import conclude, console, look_for_tracebacks, write
 from .rig import Rig
 from .soak import Result, Soak
+from ..domain import own_domain
 
 
 def main() -> int:
@@ -39,7 +41,7 @@ def main() -> int:
     names = [name for name in FAULTS if any(text in name for text in options.only)]
     screen = console()
     seconds = options.minutes * 60
-    with own_domain() as directory:
+    with own_domain(), tempfile.TemporaryDirectory() as folder:
         with Progress(TextColumn('{task.description:36}'), BarColumn(), TimeElapsedColumn(),
                       TimeRemainingColumn(), console=screen, refresh_per_second=1) as progress:
             task = progress.add_task('', total=seconds)
@@ -52,10 +54,10 @@ def main() -> int:
                 if options.json:
                     write(soak.result, options.json)
 
-            rig = Rig(directory, options.rate, options.seed, options.relay)
+            rig = Rig(Path(folder), options.rate, options.seed, options.relay)
             soak = Soak(rig, options.seed, options.calm, tell)
             result = soak.run(seconds, names)
-        look_for_tracebacks(result, directory, 'node')
+        look_for_tracebacks(result, Path(folder), 'node')
     return conclude(screen, result, tables(result), options.json)
 
 

@@ -9,16 +9,19 @@ other queues are reliable and keep all.
 import argparse
 from collections.abc import Callable
 import os
+from pathlib import Path
 import signal
 import subprocess
 import sys
+import tempfile
 import time
 
 from rich.table import Table
 
 from .field.recovery import Recovery, recovery
 from .field.rig import Rig
-from .printing import console, own_domain
+from .printing import console
+from ..domain import own_domain
 
 DEEP = {'history': 'keep_last', 'reliability': 'reliable', 'depth': 100_000}
 QUEUES: dict[str, dict[str, object]] = {'the default': {}, 'reliable, 100,000 deep': DEEP}
@@ -80,8 +83,8 @@ def main() -> int:
                   'outputs a second', title=f'{options.seconds:g} s each')
     begin, late = time.monotonic(), False
     for queues, qos in QUEUES.items():
-        with own_domain() as directory:
-            rig = Rig(directory, 1e9, qos, options.robots)
+        with own_domain(), tempfile.TemporaryDirectory() as folder:
+            rig = Rig(Path(folder), 1e9, qos, options.robots)
             try:
                 rig.spin(5.0)
                 for cause, standstill in causes.items():

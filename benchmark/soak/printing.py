@@ -1,26 +1,12 @@
 # Copyright screw_kinematics contributors
 # SPDX-License-Identifier: Apache-2.0
 """How a soak is run from the command line, and what it found is told."""
-from collections.abc import Iterator
-from contextlib import contextmanager
 import json
-import os
 from pathlib import Path
-import tempfile
 from typing import Any
 
-import domain_coordinator
 from rich.console import Console
 from rich.table import Table
-
-
-@contextmanager
-def own_domain() -> Iterator[Path]:
-    """Give a folder, and a ROS domain of this computer that nobody else uses."""
-    with domain_coordinator.domain_id() as domain, tempfile.TemporaryDirectory() as directory:
-        os.environ.update(
-            ROS_DOMAIN_ID=str(domain), ROS_AUTOMATIC_DISCOVERY_RANGE='LOCALHOST')
-        yield Path(directory)
 
 
 def console() -> Console:
@@ -32,10 +18,10 @@ def console() -> Console:
 
 
 def look_for_tracebacks(result: Any, directory: Path, *processes: str) -> None:
-    """Have it a failure that a process printed a traceback."""
+    """Have it a failure that a process printed a traceback, of Python or of a crash."""
     for name in processes:
         log = Path(directory, f'{name}.log').read_text(errors='replace')
-        if 'Traceback' in log:
+        if 'Traceback' in log or 'Fatal Python error' in log:
             result.failures.append(f'{name} printed a traceback:\n{log[-3000:]}')
 
 

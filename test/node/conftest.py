@@ -4,46 +4,15 @@
 from contextlib import contextmanager
 import gc
 import os
-import socket
 import time
 
 import pytest
 
-if os.environ.get('SCREW_KINEMATICS_ROS_REQUIRED'):     # where ROS is known to be: CI
-    import domain_coordinator
-    import rclpy
-else:
-    domain_coordinator = pytest.importorskip('domain_coordinator')
-    rclpy = pytest.importorskip('rclpy')
-
-
-def occupied(domain):
-    """Return whether somebody is in a domain, as a node that was left by a run that was killed."""
-    for participant in range(20):
-        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as port:
-            try:
-                port.bind(('', 7410 + 250 * domain + 2 * participant))
-            except OSError:
-                return True
-    return False
-
-
-def unoccupied():
-    """Yield domains that nobody is in."""
-    yield from (domain for domain in range(1, 101) if not occupied(domain))
-    pytest.fail('somebody is in each of the 100 domains of ROS')
-
-
-@contextmanager
-def own_domain():
-    """Give a free ROS_DOMAIN_ID, set in os.environ too, so that child processes have it."""
-    free = unoccupied()
-    with domain_coordinator.domain_id(lambda: next(free)) as domain, \
-            pytest.MonkeyPatch.context() as patch:
-        patch.setenv('ROS_DOMAIN_ID', str(domain))
-        patch.setenv('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
-        patch.delenv('ROS_LOCALHOST_ONLY', raising=False)
-        yield domain
+if not os.environ.get('SCREW_KINEMATICS_ROS_REQUIRED'):     # where ROS is known to be: CI
+    pytest.importorskip('domain_coordinator')
+    pytest.importorskip('rclpy')
+import rclpy    # noqa: E402, I100, I202
+from benchmark.domain import own_domain     # noqa: E402, I100
 
 
 @contextmanager

@@ -12,6 +12,7 @@ memory and CPU time stayed what they were, and the node ended well.
 import argparse
 from pathlib import Path
 import sys
+import tempfile
 import time
 
 from rich.table import Table
@@ -19,7 +20,8 @@ from rich.table import Table
 from .course import Course, Result
 from .rig import Rig
 from .robots import ROBOTS
-from ..printing import conclude, console, look_for_tracebacks, own_domain
+from ..printing import conclude, console, look_for_tracebacks
+from ...domain import own_domain
 
 
 def main() -> int:
@@ -38,10 +40,10 @@ def main() -> int:
     def tell(text: str) -> None:
         print(f'{time.monotonic() - begin:7.1f} s  {text}', flush=True)
 
-    with own_domain() as directory:
-        course = Course(Rig(directory, options.every), options.seed, tell)
+    with own_domain(), tempfile.TemporaryDirectory() as folder:
+        course = Course(Rig(Path(folder), options.every), options.seed, tell)
         result = course.run(options.minutes * 60)
-        look_for_tracebacks(result, directory, 'node', 'drivers')
+        look_for_tracebacks(result, Path(folder), 'node', 'drivers')
     return conclude(console(), result, tables(result), options.json)
 
 
