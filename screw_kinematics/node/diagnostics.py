@@ -41,12 +41,12 @@ class Diagnostics:
     node : rclpy.node.Node
         Whose name and namespace are in the reports, and which logs.
     times_deaf : int
-        How often it has joined the middleware anew.
+        How often another node has taken the place of one that the middleware had left deaf.
 
     """
 
     def __init__(self, node: Node, times_deaf: int = 0) -> None:
-        self._node, self._times_deaf = node, times_deaf
+        self._node, self.times_deaf = node, times_deaf
         self._reported: dict[str, RobotCounts] = {}
         self._unreadable: dict[str, int] = {}
         self._logged: Counter[str] = Counter()
@@ -57,6 +57,12 @@ class Diagnostics:
         self._stood = (0, 0.0)
         self._faulty: dict[tuple[str, str], float] = {}
         self._core = core.build()
+
+    def join(self, node: Node) -> None:
+        """Go over to another node, in place of one that was left deaf."""
+        self._node = node
+        self.times_deaf += 1
+        self._kept = time.monotonic()
 
     def log_core(self) -> None:
         """Log whether the core is compiled."""
@@ -169,8 +175,8 @@ class Diagnostics:
                                   'core': self._core.state}
         if self._stood[0]:
             values['stood still'] = f'{times(self._stood[0])}, for {self._stood[1]:.1f} s at most'
-        if self._times_deaf:
-            values['joined the middleware anew'] = times(self._times_deaf)
+        if self.times_deaf:
+            values['joined the middleware anew'] = times(self.times_deaf)
         for topic, each in inputs.items():
             values[f'{topic} publishers'] = each.publishers
             values[f'{topic} received'] = each.received

@@ -8,7 +8,8 @@ it cannot start.
 """
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 import sys
 from typing import TYPE_CHECKING
 
@@ -71,15 +72,18 @@ def run(args: list[str], stop: StopRequest) -> None:
     except ImportError:
         raise MissingExtraError('rclpy', 'ros', 'running the node') from None
     before: Before | None = None
-    while not stop.made:
-        initialise(args)
-        try:
+    try:
+        while not stop.made:
+            initialise(args)
             before = live(before, stop)
-        finally:
+            if not stop.again:
+                break
             rclpy.try_shutdown()
-        if not stop.again:
-            break
-        stop.again = False
+            stop.again = False
+    finally:
+        if before is not None:
+            before.node.destroy_node()
+        rclpy.try_shutdown()
 
 
 def live(before: Before | None, stop: StopRequest) -> Before:
@@ -96,7 +100,8 @@ def live(before: Before | None, stop: StopRequest) -> Before:
     from .executor import make_executor, spin
     from .node import KinematicStatePublisher
     try:
-        node = KinematicStatePublisher(before, stop.begin_again)
+        with let_go(before):
+            node = KinematicStatePublisher(before, stop.begin_again)
     except ParameterException as error:
         # Those that are ROS's own, such as use_sim_time.
         raise InvalidValueError(str(error)) from None
@@ -104,9 +109,31 @@ def live(before: Before | None, stop: StopRequest) -> Before:
     executor.add_node(node)
     spin(executor, stop)
     executor.shutdown()
-    now = node.so_far()
-    node.destroy_node()
-    return now
+    return node.hand_over()
+
+
+@contextmanager
+def let_go(before: Before | None) -> Iterator[None]:
+    """
+    Let go of a node that was left deaf, and then have another one made in its place.
+
+    It gives its ports back. Were that before this process has joined the middleware anew, it would
+    be given the same ones, while others still know them. Were it after the other one is made, rcl,
+    which knows nodes by name, would take the publisher of its log for that of the old one.
+    """
+    if before is None:
+        yield
+        return
+    import rclpy
+    from rclpy.parameter import Parameter
+    # One without services, which a security policy would have to allow.
+    joined = rclpy.create_node(
+        f'{NAME}_joining', use_global_arguments=False, enable_rosout=False,
+        start_parameter_services=False,
+        parameter_overrides=[Parameter('start_type_description_service', value=False)])
+    before.node.destroy_node()
+    yield
+    joined.destroy_node()
 
 
 def initialise(args: list[str]) -> None:

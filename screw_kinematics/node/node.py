@@ -6,7 +6,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import partial
-import gc
 from time import monotonic
 from typing import Any
 
@@ -29,6 +28,7 @@ from .robot import Robot
 from .topic_inputs import BaseInput, by_topic, JointInput, TopicInput, WrenchInput
 from .worker import Worker
 from ..errors import ParameterError, ScrewKinematicsError
+from ..pipeline.settings import RobotSettings
 
 HOUSEKEEPING_PERIOD = 0.1
 AWAITING_PERIOD, STARTING = 0.01, 2.0
@@ -36,10 +36,6 @@ AWAITING_PERIOD, STARTING = 0.01, 2.0
 
 PORTS_PERIOD = 1.0
 """Period [s] of looking after the ports of the middleware."""
-
-LOOKS_BEFORE_OLD_GOES = 3
-"""After so many looks a node that was left deaf is let go of, and gives its ports back. Were that
-before the next one has joined, it would take the same ones, while others still know them."""
 
 HOW_TO_CONFIGURE = (
     'names of robots, and a description for each, for example: --ros-args -p robots:=[arm] '
@@ -50,13 +46,19 @@ HOW_TO_CONFIGURE = (
 
 @dataclass
 class Before:
-    """What a node goes on from: another one of this process, which the middleware left deaf."""
+    """
+    What a node goes on from: another one of this process, which the middleware left deaf.
+
+    Its robots and inputs go over to the next node as they are, with all they know and counted.
+    """
 
     parameters: tuple[Parameter, ...]
     state: str
-    times_deaf: int
-    ports: frozenset[str]
-    node: object
+    robots: dict[str, Robot]
+    inputs: dict[str, TopicInput[Any]]
+    worker: Worker
+    diagnostics: Diagnostics
+    node: KinematicStatePublisher
 
 
 class KinematicStatePublisher(LifecycleNode):
@@ -85,7 +87,7 @@ class KinematicStatePublisher(LifecycleNode):
 
     def __init__(self, before: Before | None = None,
                  begin_again: Callable[[], None] | None = None, **options: Any) -> None:
-        self._before = before
+        self._inherits = before is not None
         if before is not None:
             options['parameter_overrides'] = list(before.parameters)
         super().__init__('kinematic_state_publisher', start_parameter_services=False, **options)
@@ -95,18 +97,19 @@ class KinematicStatePublisher(LifecycleNode):
         self.unknown_parameters: list[str] = []
         self.state = 'unconfigured'
         self._descriptions: list[Any] = []
-        self._worker = Worker()
         self._plans: dict[str, tuple[Any, Any]] = {}
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
-        self._times_deaf = 0 if before is None else before.times_deaf
-        self._diagnostics = Diagnostics(self, self._times_deaf)
+        if before is None:
+            self._worker, self._diagnostics = Worker(), Diagnostics(self)
+        else:
+            self._worker, self._diagnostics = before.worker, before.diagnostics
+            self._diagnostics.join(self)
         self._begin_again, self._deaf = begin_again, False
-        self._ports = OwnPorts(but_not=frozenset() if before is None else before.ports)
-        self._looks = 0
+        self._ports = OwnPorts()
         try:
             self._start()
             if before is not None:
-                self._go_on(before.state)
+                self._go_on(before)
         except ScrewKinematicsError:
             self.destroy_node()
             raise
@@ -116,7 +119,7 @@ class KinematicStatePublisher(LifecycleNode):
         self._diagnostics.log_core()
 
     def _start(self) -> None:
-        self._settings = NodeParameters(self, inherited=self._before is not None)
+        self._settings = NodeParameters(self, self._inherits)
         self._settings.check_qos_overrides()
         settings = self._settings.node_settings()
         if settings.allow_remote_parameters:
@@ -135,7 +138,7 @@ class KinematicStatePublisher(LifecycleNode):
         self.add_post_set_parameters_callback(self._parameters_changed)
         for name in settings.robots:
             self._settings.declare_robot(name)
-        self._starting = settings.autostart and self._before is None
+        self._starting = settings.autostart and not self._inherits
         if self._starting:
             for transition in (self.trigger_configure, self.trigger_activate):
                 transition()
@@ -143,8 +146,10 @@ class KinematicStatePublisher(LifecycleNode):
                     raise self.failure
             self._starting = False
 
-    def _go_on(self, state: str) -> None:
+    def _go_on(self, before: Before) -> None:
         """Become as another node was."""
+        state = before.state
+        self.robots, self.inputs = before.robots, before.inputs
         if state in ('inactive', 'active') and self.state == 'unconfigured':
             self.trigger_configure()
         if state == 'active' and self.state == 'inactive':
@@ -152,12 +157,13 @@ class KinematicStatePublisher(LifecycleNode):
         if state == 'finalized':
             self.trigger_shutdown()
 
-    def so_far(self) -> Before:
-        """Return what another node in the place of this one is to go on from."""
+    def hand_over(self) -> Before:
+        """Return what another node in the place of this one is to go on from; this one is over."""
+        worker, self._worker = self._worker, Worker()
         return Before(tuple(
             parameter for parameter in self._parameters.values()
             if parameter.type_ is not Parameter.Type.NOT_SET),
-            self.state, self._times_deaf + self._deaf, self._ports.names, self)
+            self.state, self.robots, self.inputs, worker, self._diagnostics, self)
 
     # Life cycle
 
@@ -190,9 +196,11 @@ class KinematicStatePublisher(LifecycleNode):
         return super().on_shutdown(state)
 
     def destroy_node(self) -> None:
-        """Stop the background work too."""
+        """Stop the background work too, and leave the middleware at once."""
         self._worker.close()
         super().destroy_node()
+        # Else the garbage collector does this, perhaps while the interpreter ends.
+        self._state_machine.destroy_when_not_in_use()
 
     def _possible_transitions(self) -> list[tuple[int, str]]:
         return [(number, label) for number, label, *_ in self._state_machine.available_transitions]
@@ -220,20 +228,14 @@ class KinematicStatePublisher(LifecycleNode):
             raise ParameterError('robots', [], '; '.join([HOW_TO_CONFIGURE, *misspelt]))
         for name in settings.robots:
             self._settings.declare_robot(name)
-        every = [self._settings.robot_settings(name) for name in settings.robots]
-        for robot_settings in every:
-            robot = Robot(self, robot_settings, self._worker)
-            self.robots[robot.name] = robot
-            if robot_settings.description:
-                robot.load_from_parameter()
-        robots = self.robots.values()
-        self._create_inputs(partial(JointInput, backlog=Backlog()), 'joint_states_topic',
-                            lambda r: r.settings.joint_states_topic)
-        self._create_inputs(WrenchInput, 'wrench_topic',
-                            lambda r: [part.wrench_topic for part in r.settings.parts])
-        self._create_inputs(BaseInput, 'base_motion_topic',
-                            lambda r: [r.settings.base_motion_topic])
-        undescribed = [r for r in robots if not r.settings.description]
+        if self.robots:     # those of the node before
+            for robot in self.robots.values():
+                robot.join(self)
+            for each in self.inputs.values():
+                each.join(self)
+        else:
+            self._create([self._settings.robot_settings(name) for name in settings.robots])
+        undescribed = [r for r in self.robots.values() if not r.settings.description]
         for topic, listeners in by_topic(
                 self, undescribed, 'description_topic',
                 lambda r: [r.settings.description_topic]).items():
@@ -242,6 +244,20 @@ class KinematicStatePublisher(LifecycleNode):
                 QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)))
         if not self._starting:
             self._log_models()
+
+    def _create(self, every: list[RobotSettings]) -> None:
+        """Create the robots and their inputs."""
+        for settings in every:
+            robot = Robot(self, settings, self._worker)
+            self.robots[robot.name] = robot
+            if settings.description:
+                robot.load_from_parameter()
+        self._create_inputs(partial(JointInput, backlog=Backlog()), 'joint_states_topic',
+                            lambda r: r.settings.joint_states_topic)
+        self._create_inputs(WrenchInput, 'wrench_topic',
+                            lambda r: [part.wrench_topic for part in r.settings.parts])
+        self._create_inputs(BaseInput, 'base_motion_topic',
+                            lambda r: [r.settings.base_motion_topic])
 
     def _log_models(self) -> None:
         for robot in self.robots.values():
@@ -283,7 +299,7 @@ class KinematicStatePublisher(LifecycleNode):
             robot.close()
         self.robots.clear()
         # The robots of the next configuration count from zero.
-        self._diagnostics = Diagnostics(self, self._times_deaf)
+        self._diagnostics = Diagnostics(self, self._diagnostics.times_deaf)
 
     # At low rate
 
@@ -299,10 +315,6 @@ class KinematicStatePublisher(LifecycleNode):
         self._pace_housekeeping()
 
     def _look_after_ports(self) -> None:
-        self._looks += 1
-        if self._looks == LOOKS_BEFORE_OLD_GOES and self._before is not None:
-            self._before.node = None
-            gc.collect()
         ports = self._ports.deaf()
         if ports and self._begin_again is not None and not self._deaf:
             self._deaf = True

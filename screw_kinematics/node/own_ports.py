@@ -9,7 +9,6 @@ that has no name any more: nothing arrives there, and nothing in the middleware 
 """
 from __future__ import annotations
 
-from collections.abc import Set
 from contextlib import suppress
 import os
 from pathlib import Path
@@ -31,16 +30,13 @@ class OwnPorts:
     ----------
     process : Path
         What the system tells of the process.
-    but_not : set of str
-        Names of ports that are not looked after.
 
     """
 
-    def __init__(self, process: Path = Path('/proc/self'),
-                 but_not: Set[str] = frozenset()) -> None:
+    def __init__(self, process: Path = Path('/proc/self')) -> None:
         self._process = process
         # One that has no file from the start carries nothing that is missed.
-        self._files = {port: file for port in self._locked() - but_not if (file := _file(port))}
+        self._files = {port: file for port in self._locked() if (file := _file(port))}
         self._nameless: dict[str, float] = {}
 
     def deaf(self) -> list[str]:

@@ -114,6 +114,14 @@ class Publishers:
         self.sensors: dict[int, WrenchSensor] = {}
         self.wanted: tuple[Topic, ...] = ()
 
+    def join(self, node: Node, settings: RobotSettings) -> None:
+        """Have these topics on another node, in place of one that was destroyed."""
+        self.deactivate()
+        self._publishers.clear()
+        self.wanted = ()
+        self._node = node
+        self.advertise(settings)
+
     def advertise(self, settings: RobotSettings) -> None:
         """Have a topic for each output of these settings, and no others."""
         self._tips = len(settings.parts)

@@ -143,6 +143,12 @@ class Robot:
             # Messages name the frame that the base moves in.
             self.publishers.activate(self._program, self.model, self.settings, base.world)
 
+    def join(self, node: Node) -> None:
+        """Go over to another node, in place of one that was destroyed; motion goes on."""
+        self._log = node.get_logger()
+        self.publishers.join(node, self.settings)
+        self._compile()
+
     def load_from_parameter(self) -> None:
         """Load the model of the ``description`` parameter; raise ScrewKinematicsError."""
         try:

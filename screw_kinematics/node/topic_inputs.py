@@ -71,7 +71,6 @@ class TopicInput(ABC, Generic[Sample]):
     content: str
 
     def __init__(self, node: Node, topic: str, robots: Sequence[Robot]) -> None:
-        self._node = node
         self.topic = topic
         self.robots = tuple(dict.fromkeys(robots))
         self.received = 0
@@ -79,7 +78,11 @@ class TopicInput(ABC, Generic[Sample]):
         self.refused: Counter[Reason] = Counter()
         self.last_error = ''
         self.problem = ''
-        self._clock = node.get_clock()
+        self.join(node)
+
+    def join(self, node: Node) -> None:
+        """Be an input, closed, of this node, in place of any that was destroyed."""
+        self._node, self._clock = node, node.get_clock()
         self._open = False
         self._subscription: Any = None
 

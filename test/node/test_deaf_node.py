@@ -4,17 +4,34 @@
 import os
 from pathlib import Path
 
-from geometry_msgs.msg import TwistStamped
+from geometry_msgs.msg import AccelStamped, TwistStamped
+from lifecycle_msgs.msg import Transition
+from lifecycle_msgs.srv import ChangeState
 import pytest
+from rcl_interfaces.msg import Log
 from rcl_interfaces.srv import GetParameters
 from rclpy.parameter import Parameter
-from rclpy.qos import QoSProfile
+from rclpy.qos import DurabilityPolicy, QoSProfile
 from screw_kinematics.node.node import KinematicStatePublisher
 from screw_kinematics.node.own_ports import OwnPorts
 from sensor_msgs.msg import JointState
+from std_msgs.msg import String
 from support.rig import joint_state, PUMA, running, smooth_motion
+from support.urdf import joint, robot
 
 JOINTS = [f'q{k}' for k in range(1, 7)]
+
+
+def deafen(rig):
+    """Delete the node's ports, as publishers do of a process that stood still; return them."""
+    ports = OwnPorts(Path(f'/proc/{rig.process.pid}')).names
+    if not ports:
+        pytest.skip('the middleware has no ports in shared memory')
+    for port in ports:
+        os.unlink(port)
+    rig.wait(lambda: 'joined the middleware anew' in rig.status('node')[2])
+    assert rig.process.poll() is None and 'deaf' in rig.log.read_text()
+    return ports
 
 
 @pytest.mark.parametrize('executor', ['events', 'single_threaded'])
@@ -38,13 +55,7 @@ def test_a_deaf_node_goes_on_where_it_was_and_says_so(context, tmp_path, executo
 
         heard(rig.publisher('/joint_states'))
         assert rig.set_parameters(arm__stale_timeout=7.0).successful
-        ports = OwnPorts(Path(f'/proc/{rig.process.pid}')).names
-        if not ports:
-            pytest.skip('the middleware has no ports in shared memory')
-        for port in ports:      # as publishers do of a process that stood still
-            os.unlink(port)
-        rig.wait(lambda: 'joined the middleware anew' in rig.status('node')[2])
-        assert rig.process.poll() is None and 'deaf' in rig.log.read_text()
+        ports = deafen(rig)
         # One that comes now finds the node, which is as it was left.
         heard(rig.node.create_publisher(JointState, '/joint_states', QoSProfile(depth=20)))
         values = rig.call(GetParameters, 'get_parameters', GetParameters.Request(
@@ -53,6 +64,56 @@ def test_a_deaf_node_goes_on_where_it_was_and_says_so(context, tmp_path, executo
         # The one before it is let go of, and what it held of the middleware.
         maps = Path(f'/proc/{rig.process.pid}/maps')
         rig.wait(lambda: not any(f'{port} (deleted)' in maps.read_text() for port in ports))
+        # And what is logged is still published.
+        logged = rig.listen('/rosout', Log)
+        rig.call(ChangeState, 'change_state', ChangeState.Request(
+            transition=Transition(id=Transition.TRANSITION_CONFIGURE)))
+        rig.wait(lambda: any('is not possible now' in message.msg for message in logged))
+
+
+def test_what_a_node_has_heard_and_counted_goes_on(context, tmp_path):
+    parameters = {'robots': ['arm'], 'diagnostics_rate': 10.0,
+                  'arm': {'outputs': ['twist', 'accel']}}
+    with running(context, tmp_path, parameters) as rig:
+        twists = rig.listen('/arm/twist', TwistStamped)
+        accels = rig.listen('/arm/accel', AccelStamped)
+        k = 0
+
+        def describe(base):
+            publisher = rig.node.create_publisher(String, '/robot_description', QoSProfile(
+                depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL))
+            publisher.publish(String(data=robot(f'{base} tip', joint('q1', base, 'tip'))))
+            rig.wait(lambda: base in rig.status('arm')[2].get('model', ''))
+            rig.node.destroy_publisher(publisher)   # so that nobody says it again
+
+        def heard(publisher, base):
+            accels.clear()
+
+            def send():
+                nonlocal k
+                k += 1
+                publisher.publish(joint_state(['q1'], k * 2_000_000, *smooth_motion(1, k * 2e-3)))
+                return accels and {m.header.frame_id for m in (accels[-1], twists[-1])} == {base}
+            rig.wait(send)
+
+        def counts():
+            arm, topic = rig.status('arm')[2], rig.status('node')[2]
+            assert int(arm['received']) == int(arm['used']) + int(arm['refused'])
+            assert arm['received'] == topic['/joint_states received']
+            return int(arm['received']), arm.get('used estimator_settling')
+
+        publisher = rig.publisher('/joint_states')
+        describe('first')
+        heard(publisher, 'first')
+        rig.wait(lambda: counts()[0] == k)
+        deafen(rig)
+        assert counts()[0] == k
+        before, settling = counts()
+        heard(rig.node.create_publisher(JointState, '/joint_states', 20), 'first')
+        rig.wait(lambda: counts()[0] > before)
+        assert counts()[1] == settling is not None
+        describe('second')
+        heard(publisher, 'second')
 
 
 @pytest.mark.parametrize('transitions, state', [
@@ -63,7 +124,7 @@ def test_the_next_node_is_in_the_state_of_the_one_before(context, transitions, s
         Parameter('robots', value=['arm']), Parameter('arm.description', value=PUMA)])
     for transition in transitions:
         getattr(first, f'trigger_{transition}')()
-    before = first.so_far()
+    before = first.hand_over()
     assert before.state == state
     first.destroy_node()
     second = KinematicStatePublisher(before, context=context)
@@ -96,5 +157,4 @@ def test_a_port_that_is_opened_anew_is_heard(tmp_path, monkeypatch):
     port.unlink()
     assert look(f'{port} (deleted)', 1.0) == []
     assert look(f'{port} (deleted)', 2.0) == [str(port)]
-    assert OwnPorts(process, {str(port)}).names == frozenset()
     assert OwnPorts(tmp_path / 'nothing').deaf() == []
