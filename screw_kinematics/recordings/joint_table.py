@@ -44,6 +44,7 @@ _EPOCH = 10**17              # stamps beyond [ns], some three years, count from 
 _LATEST = 4 * 10**18         # and these are of the next century
 _TURNS = 4 * math.pi         # a limited joint turns no further to either side
 _REACH = 20.0                # nor is a slide longer [m]
+_SHOWN = 20                  # names in a message
 
 
 @dataclass(frozen=True)
@@ -376,6 +377,6 @@ def _since_1970(time: datetime) -> Decimal:
     return Decimal((since.days * 86_400 + since.seconds) * 10**9 + since.microseconds * 1000)
 
 
-def _listed(names: Sequence[str], most: int = 20) -> str:
-    return ', '.join(names[:most]) + (f' and {len(names) - most} more' if len(names) > most
-                                      else '')
+def _listed(names: Sequence[str]) -> str:
+    more = len(names) - _SHOWN
+    return ', '.join(names[:_SHOWN]) + (f' and {more} more' if more > 0 else '')

@@ -25,7 +25,7 @@ GEOMETRY = 1e-9
 """Of poses that a robot is built with: what is off there is off in every result."""
 
 
-def checked_rotation(name: str, rotation: Any, tolerance: float = TOLERANCE) -> Array:
+def checked_rotation(name: str, rotation: Any) -> Array:
     """
     Return a rotation as an array, after checking that it is one.
 
@@ -35,8 +35,6 @@ def checked_rotation(name: str, rotation: Any, tolerance: float = TOLERANCE) -> 
         What it is, for messages.
     rotation : array, shape (..., 3, 3)
         Floats, symbols or traced scalars.
-    tolerance : float
-        Largest error of an entry of ``R^T R``.
 
     Returns
     -------
@@ -46,7 +44,7 @@ def checked_rotation(name: str, rotation: Any, tolerance: float = TOLERANCE) -> 
     Raises
     ------
     ShapeError, InvalidValueError
-        It is no rotation.
+        It is no rotation within 1e-6.
 
     Examples
     --------
@@ -56,10 +54,10 @@ def checked_rotation(name: str, rotation: Any, tolerance: float = TOLERANCE) -> 
     """
     R = checked_array(name, rotation, (..., 3, 3))    # noqa: N806
     if R.dtype != object:
-        wrong = _not_a_rotation(R, tolerance)
+        wrong = _not_a_rotation(R, TOLERANCE)
         if np.any(wrong):
             raise InvalidValueError(
-                f'{name} is no rotation: R^T R must be the identity within {tolerance:g}, the '
+                f'{name} is no rotation: R^T R must be the identity within {TOLERANCE:g}, the '
                 f'determinant positive, got {R[wrong][0].tolist()}')
     return R
 

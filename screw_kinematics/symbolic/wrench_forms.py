@@ -28,6 +28,8 @@ __all__ = ['closed_postures', 'constant_work', 'wrench_forms', 'WrenchForm']
 
 RECIPROCAL = 1e-8
 """Klein form with a unit screw, by the characteristic length, that counts as zero."""
+POSTURES = 5
+"""Closed postures at which wrenches are reciprocal if they always are."""
 INDEPENDENT = 1e-4
 """Smallest singular value of wrenches that count as independent."""
 
@@ -83,7 +85,7 @@ class WrenchForm(NamedTuple):
         return self.kind in ('couple', 'across', 'axis')
 
 
-def closed_postures(robot: ParallelManipulator, count: int = 5) -> list[ClosedPosture]:
+def closed_postures(robot: ParallelManipulator) -> list[ClosedPosture]:
     """
     Return some postures about home, seeded.
 
@@ -91,8 +93,6 @@ def closed_postures(robot: ParallelManipulator, count: int = 5) -> list[ClosedPo
     ----------
     robot : ParallelManipulator
         What is posed.
-    count : int
-        How many.
 
     Returns
     -------
@@ -101,13 +101,13 @@ def closed_postures(robot: ParallelManipulator, count: int = 5) -> list[ClosedPo
 
     """
     rng, found, size = np.random.default_rng(0), [], 0.1
-    for _ in range(50 * count):
+    for _ in range(50 * POSTURES):
         try:
             found.append(robot.posture(robot.home.actuated + rng.uniform(-size, size, robot.dof)
                                        * robot.characteristic_length))
         except ScrewKinematicsError:
             size *= 0.9
-        if len(found) == count:
+        if len(found) == POSTURES:
             return found
     raise InvalidValueError(f'{robot.name}: there are hardly closed postures about home')
 

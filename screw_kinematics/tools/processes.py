@@ -17,6 +17,8 @@ from typing import IO
 from ..errors import ToolError
 
 _PR_SET_PDEATHSIG = 1
+_GRACE = 5.0        # that a process has to end by itself [s]
+_TOLD = 5           # last lines of its output that are told
 
 
 class Children:
@@ -28,8 +30,7 @@ class Children:
     tool is killed outright.
     """
 
-    def __init__(self, grace: float = 5.0) -> None:
-        self._grace = grace
+    def __init__(self) -> None:
         self._running: list[tuple[str, subprocess.Popen[bytes], IO[bytes]]] = []
 
     def __enter__(self) -> Children:
@@ -41,7 +42,7 @@ class Children:
             _signal_group(process, signal.SIGTERM)
         for _, process, output in reversed(self._running):
             try:
-                process.wait(self._grace)
+                process.wait(_GRACE)
             except subprocess.TimeoutExpired:
                 _signal_group(process, signal.SIGKILL)
                 process.wait()
@@ -110,8 +111,8 @@ def _signal_group(process: subprocess.Popen[bytes], number: signal.Signals) -> N
         pass
 
 
-def _last_lines(output: IO[bytes], count: int = 5) -> str:
+def _last_lines(output: IO[bytes]) -> str:
     output.seek(0)
     lines = [line for line in output.read().decode(errors='replace').strip().splitlines()
              if not line.startswith('[INFO]')]      # of how it began, not why it ended
-    return ' | '.join(line.strip() for line in lines[-count:]) or 'no output'
+    return ' | '.join(line.strip() for line in lines[-_TOLD:]) or 'no output'

@@ -89,9 +89,9 @@ class Stage:
         """Return the motion's time at an epoch time in ns [s]."""
         return (stamp - self.start) * 1e-9
 
-    def exact(self, stamp: int, order: int = 2) -> BodyState:
-        """Return the true state at an epoch time in ns."""
-        state: BodyState = self.robot.state(*self.motion.derivatives(self.elapsed(stamp), order))
+    def exact(self, stamp: int) -> BodyState:
+        """Return the true state, to the acceleration, at an epoch time in ns."""
+        state: BodyState = self.robot.state(*self.motion.derivatives(self.elapsed(stamp), 2))
         return state
 
     def _node(self) -> list[str]:

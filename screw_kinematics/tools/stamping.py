@@ -113,11 +113,11 @@ def _made_up(rate: float, begin: float, rng: Random) -> Iterator[Stamping]:
         yield Stamping(reading, tick / rate, reading)
 
 
-def _bursts(rate: float, begin: float, rng: Random, size: int = 4) -> Iterator[Stamping]:
+def _bursts(rate: float, begin: float, rng: Random) -> Iterator[Stamping]:
     """Four messages come at once, stamped when they do."""
     messages = _arrival(rate, begin, rng)
     while True:
-        together = [next(messages) for _ in range(size)]
+        together = [next(messages) for _ in range(4)]
         last = together[-1].sent
         for k, message in enumerate(together):
             yield Stamping(message.reading, last + 1e-5 * k, last + 1e-5 * k)
