@@ -36,6 +36,12 @@ class ParallelManipulator(Manipulator):
     """
     A platform carried by limbs, some of whose joints are measured; immutable.
 
+    States and Jacobians are those of home's assembly mode; of many samples each posture is found
+    from the one before. :class:`ClosureError`, :class:`AssemblyModeError` and
+    :class:`SingularityError` say why and where there is none. Postures of other branches have
+    :meth:`rates`. Where actuators are redundant and their rates contradict each other, all is in
+    the sense of least squares.
+
     Parameters
     ----------
     limbs : iterable of SerialChain
@@ -219,30 +225,9 @@ class ParallelManipulator(Manipulator):
         """
         check_same_mode(self._limbs, posture, self.posture(posture.actuated))
 
-    def state(self, q: Any, *derivatives: Any, start: ClosedPosture | None = None) -> BodyState:
-        """
-        Return pose and reduced states of the platform, pole at its frame's origin.
-
-        Parameters
-        ----------
-        q, *derivatives : as of every manipulator
-            Of many samples each starts from the one before.
-        start : ClosedPosture, optional
-            As in :meth:`posture`.
-
-        Returns
-        -------
-        BodyState
-            In base axes.
-
-        Raises
-        ------
-        ClosureError, AssemblyModeError, SingularityError
-            The way does not lead to a posture; the message says why and where.
-
-        """
+    def state(self, q: Any, *derivatives: Any) -> BodyState:
         q, *rates = self._motion(q, derivatives)
-        postures, pose = self._along(q, start)
+        postures, pose = self._along(q)
         given = [d.reshape(-1, self.dof) for d in rates]
         found = [platform_states(self._limbs, posture, [d[k] for d in given])[0]
                  for k, posture in enumerate(postures)]
@@ -251,33 +236,10 @@ class ParallelManipulator(Manipulator):
         return BodyState(pose, tuple(states), pose[..., :3, 3],
                          base_frame=self.base_frame, tip_frame=self.tip_frame)
 
-    def jacobian(self, q: Any, pole: str | Array = 'tip', axes: str = 'base',
-                 start: ClosedPosture | None = None) -> Array:
-        """
-        Return the Jacobian: the platform's twists of unit rates of the actuated joints.
-
-        Parameters
-        ----------
-        q, pole, axes : as of every manipulator
-            Of many samples each starts from the one before.
-        start : ClosedPosture, optional
-            As in :meth:`posture`.
-
-        Returns
-        -------
-        array, shape (..., 6, dof)
-            ``jacobian @ qd`` is the twist; where actuators are redundant and their rates
-            contradict each other, the twist of least squares.
-
-        Raises
-        ------
-        ClosureError, AssemblyModeError, SingularityError
-            The way does not lead to a posture; the message says why and where.
-
-        """
+    def jacobian(self, q: Any, pole: str | Array = 'tip', axes: str = 'base') -> Array:
         check_axes(axes)
         (q,) = self._motion(q, ())
-        postures, poses = self._along(q, start)
+        postures, poses = self._along(q)
         columns = np.array([posture.system.jacobian.T for posture in postures])
         columns = columns.reshape(*q.shape, 6)
         offset = resolve_pole(pole, poses)[1] - poses[..., :3, 3]
@@ -388,7 +350,7 @@ class ParallelManipulator(Manipulator):
 
     def skeleton(self, q: Any) -> tuple[Array, ...]:
         (q,) = self._motion(q, ())
-        samples = [self._limbs.points(posture.joints) for posture in self._along(q, None)[0]]
+        samples = [self._limbs.points(posture.joints) for posture in self._along(q)[0]]
         return tuple(np.array(limb).reshape(q.shape[:-1] + limb[0].shape)
                      for limb in zip(*samples))
 
@@ -399,13 +361,11 @@ class ParallelManipulator(Manipulator):
     def _joint_vector(self, name: str, value: Any) -> Array:
         return finite_array(f'{name} of {self!r}', value, (self.dof,))
 
-    def _along(self, q: Array, start: ClosedPosture | None,
-               ) -> tuple[list[ClosedPosture], Array]:
+    def _along(self, q: Array) -> tuple[list[ClosedPosture], Array]:
         """Return the posture of each sample, found from the one before, and all their poses."""
-        postures = []
+        postures: list[ClosedPosture] = []
         for sample in q.reshape(-1, self.dof):
-            start = self.posture(sample, start)
-            postures.append(start)
+            postures.append(self.posture(sample, postures[-1] if postures else None))
         poses = np.array([posture.pose for posture in postures])
         return postures, poses.reshape(*q.shape[:-1], 4, 4)
 
