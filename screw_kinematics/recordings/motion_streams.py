@@ -11,7 +11,8 @@ import numpy as np
 from .clock_offset import Channels
 from .link_motion import LinkMotion
 from .recording import Recording
-from ..errors import MissingExtraError, ToolError
+from .storage import jazzy_types
+from ..errors import ToolError
 from ..screws.se3 import Array
 from ..screws.vectors import skew
 
@@ -63,16 +64,12 @@ def read_stream(recording: Recording, topic: str) -> Stream:
         raise ToolError(f'{recording.path}: {topic} has messages of type '
                         f'{", ".join(sorted(kinds)) or "none"}; allowed: '
                         f'{", ".join(READERS)}')
-    try:
-        from rosbags.typesys import get_typestore, Stores
-    except ImportError:
-        raise MissingExtraError('rosbags', 'bag', 'reading messages') from None
     kind = known.pop()
-    deserialize = get_typestore(Stores.ROS2_JAZZY).deserialize_cdr
+    deserialize = jazzy_types('reading messages').deserialize_cdr
     stamps, values = [], []
     for message in recording.messages({kind}, {topic}):
         content = deserialize(message.data, kind)
-        stamp = content.header.stamp     # type: ignore[attr-defined]
+        stamp = content.header.stamp
         stamps.append(stamp.sec * 10**9 + stamp.nanosec)
         values.append(READERS[kind](content))
     in_order, first = np.unique(np.array(stamps, dtype=np.int64), return_index=True)

@@ -7,8 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from .storage import CDR, Connection, Message
-from ..errors import MissingExtraError
+from .storage import CDR, Connection, jazzy_types, Message
 
 
 class Ros1Bag:
@@ -23,16 +22,12 @@ class Ros1Bag:
     """
 
     def __init__(self, path: Path) -> None:
-        try:
-            from rosbags.rosbag1 import Reader
-            from rosbags.typesys import get_typestore, Stores
-        except ImportError:
-            raise MissingExtraError('rosbags', 'bag', 'reading bags of ROS 1') from None
+        self._types = jazzy_types('reading bags of ROS 1')     # which drop the seq of headers
+        from rosbags.rosbag1 import Reader
         self.path = path
         self.damage: list[str] = []
         self.connections: list[Connection] = []
         self.start = 0
-        self._types = get_typestore(Stores.ROS2_JAZZY)     # which drops the seq of headers
         self._reader: Any = None
         try:
             reader = Reader(path)

@@ -70,6 +70,15 @@ def zstd() -> Any:
     return zstd
 
 
+def jazzy_types(what: str) -> Any:
+    """Return rosbags' types of the messages of ROS 2 Jazzy, which something needs."""
+    try:
+        from rosbags.typesys import get_typestore, Stores
+    except ImportError:
+        raise MissingExtraError('rosbags', 'bag', what) from None
+    return get_typestore(Stores.ROS2_JAZZY)
+
+
 def unpacked(message: Message, path: Path, damage: list[str]) -> Iterator[Message]:
     """Yield a message that may be compressed by itself; it is damage if that cannot be undone."""
     if message.data[:4] != ZSTD_MAGIC:      # one in CDR begins with a zero

@@ -14,8 +14,9 @@ import numpy as np
 from .history import QUANTITIES
 from .recording import full_name
 from .states import RecordedRobot, StateBlock
+from .storage import jazzy_types
 from .tables import TableWriter
-from ..errors import MissingExtraError, Reason, ToolError
+from ..errors import Reason, ToolError
 from ..pipeline.compensation import WrenchWriter
 from ..pipeline.group_motion import Motion
 from ..pipeline.kinematics import State
@@ -53,14 +54,10 @@ class BagWriter:
     """
 
     def __init__(self, path: Path, storage: str, namespace: str) -> None:
-        try:
-            from rosbags.rosbag2 import StoragePlugin, Writer
-            from rosbags.typesys import get_typestore, Stores
-        except ImportError:
-            raise MissingExtraError('rosbags', 'bag', 'writing bags') from None
+        self._types = jazzy_types('writing bags')
+        from rosbags.rosbag2 import StoragePlugin, Writer
         self._writer = Writer(path, version=Writer.VERSION_LATEST,
                               storage_plugin=StoragePlugin[storage.upper()])
-        self._types = get_typestore(Stores.ROS2_JAZZY)
         self._path, self._namespace = path, namespace
         self._topics: dict[str, list[tuple[Any, MessageWriter | WrenchWriter]]] = {}
         with _Told(path):

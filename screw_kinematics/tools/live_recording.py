@@ -13,11 +13,12 @@ import time
 from typing import Any
 
 from .listener import check_names, latched, Listener
-from ..errors import MissingExtraError, ParameterError, ToolError
+from ..errors import ParameterError, ToolError
 from ..pipeline.settings import RobotSettings
 from ..recordings.joint_table import JointTable, TableFormat
 from ..recordings.recording import full_name, Recording
 from ..recordings.sources import opened
+from ..recordings.storage import jazzy_types
 
 LONGEST = 3600.0
 """That is listened to a running system [s]."""
@@ -71,15 +72,11 @@ def recording_of(arguments: argparse.Namespace, robots: Collection[RobotSettings
 def _listen(path: Path, topics: Collection[str], of_before: Collection[str], seconds: float,
             ) -> None:
     """Write what comes on some topics into a bag, and on others also what came before."""
-    try:
-        from rosbags.rosbag2 import StoragePlugin, Writer
-        from rosbags.typesys import get_typestore, Stores
-    except ImportError:
-        raise MissingExtraError('rosbags', 'bag', 'listening to several topics') from None
+    types = jazzy_types('listening to several topics')
+    from rosbags.rosbag2 import StoragePlugin, Writer
     with Listener({}, 'screw_kinematics_listener') as listener, Writer(
             path, version=Writer.VERSION_LATEST, storage_plugin=StoragePlugin.MCAP) as writer:
         check_names('', [*topics, *of_before])
-        types = get_typestore(Stores.ROS2_JAZZY)
 
         def writer_of(topic: str, kind: str) -> Callable[[bytes], None]:
             connection = writer.add_connection(topic, kind, typestore=types)

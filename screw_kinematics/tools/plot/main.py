@@ -43,9 +43,6 @@ def main(argv: Sequence[str] | None = None) -> int:
 
     motion = kinds.add_parser('motion', help='exact states in a reference motion')
     robot_options.add_options(motion)
-    motion.add_argument('--motion', choices=MOTIONS, default='paper')
-    motion.add_argument('--duration', type=float, default=2 * np.pi, metavar='SECONDS',
-                        help='default: 2 pi')
     motion.set_defaults(draw=_draw_motion)
 
     recorded = kinds.add_parser('recorded', help='states out of a bag or a table')
@@ -73,10 +70,11 @@ def main(argv: Sequence[str] | None = None) -> int:
 
     surfaces = kinds.add_parser('axodes', help='surfaces that the screw axis of a motion sweeps')
     robot_options.add_options(surfaces)
-    surfaces.add_argument('--motion', choices=MOTIONS, default='paper')
-    surfaces.add_argument('--duration', type=float, default=2 * np.pi, metavar='SECONDS',
-                          help='default: 2 pi')
     surfaces.set_defaults(draw=_draw_axodes)
+    for moving in (motion, surfaces):
+        moving.add_argument('--motion', choices=MOTIONS, default='paper')
+        moving.add_argument('--duration', type=float, default=2 * np.pi, metavar='SECONDS',
+                            help='default: 2 pi')
     for kind in (figure11, motion, recorded, screws, surfaces):
         kind.add_argument('--output', type=Path, metavar='FILE',
                           help=f'{", ".join(ENDINGS)} (default: a window)')
