@@ -8,7 +8,7 @@ fewer operations. Seen from the body before a joint, the tip's position is the p
 seen from the body behind it, turned by the joint. Its derivatives follow by Leibniz' rule
 in the plane across the joint's axis. Nothing is rotated back, no moment is shifted, and
 near the tip almost everything is still zero; at the base the derivatives are the classical
-ones in base axes. For a 7R arm it takes two thirds of the operations of the recursion from
+ones in base axes. For a 7R arm it takes three fifths of the operations of the recursion from
 base to tip.
 """
 from __future__ import annotations

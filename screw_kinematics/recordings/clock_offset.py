@@ -91,6 +91,14 @@ class ClockOffset:
         half = (1.96 + 2.4 / self.freedoms) * self.deviation     # of Student's distribution
         return self.offset - half, self.offset + half
 
+    def told(self) -> str:
+        """Return what to say of the stream's stamps."""
+        low, high = self.interval
+        return (f'stamps are {1e3 * abs(self.offset):.3f} ms '
+                f'{"early" if self.offset > 0 else "late"} against those of the joint states '
+                f'(offset {1e3 * self.offset:+.3f} ms, 95 % between {1e3 * low:+.3f} and '
+                f'{1e3 * high:+.3f} ms)')
+
 
 def find_offset(joint_stamps: Array, stamps: Array, groups: Sequence[Channels]) -> ClockOffset:
     """

@@ -11,7 +11,7 @@ import numpy as np
 from .findings import FACT, Finding, PROBLEM, REMARK
 from ...errors import InvalidValueError
 from ...motion import make_estimator
-from ...motion.smoother import smooth
+from ...motion.smoother import smooth, SmoothedMotion
 from ...recordings.interpolation import interpolate
 from ...screws.se3 import Array
 
@@ -139,7 +139,8 @@ def _choice(trials: Sequence[Trial]) -> float | None:
 
 
 def _try(delay: float, names: Sequence[str], time: Array, position: Array, velocity: Array | None,
-         continuous: Sequence[bool], truth: object, moving: Array) -> tuple[Trial, list[str]]:
+         continuous: Sequence[bool], truth: SmoothedMotion, moving: Array,
+         ) -> tuple[Trial, list[str]]:
     estimator = make_estimator('bank', position.shape[1], delay=delay,
                                continuous=np.array(continuous, bool))
     stamps, accelerations = [], []
@@ -150,10 +151,10 @@ def _try(delay: float, names: Sequence[str], time: Array, position: Array, veloc
             stamps.append(motion.stamp)
             accelerations.append(motion.acceleration)
     at = np.rint(np.array(stamps) * 1e9).astype(np.int64)
-    known = np.rint(truth.stamps * 1e9).astype(np.int64)    # type: ignore[attr-defined]
+    known = np.rint(truth.stamps * 1e9).astype(np.int64)
     # Half a second to settle; and the smoother has no future at the very end.
     inside = (at >= known[0] + 500_000_000) & (at <= known[-1] - 100_000_000)
-    exact = interpolate(known, truth.acceleration, at[inside])    # type: ignore[attr-defined]
+    exact = interpolate(known, truth.acceleration, at[inside])
     found = np.array(accelerations).reshape(-1, position.shape[1])[inside]
     squares = ((found - exact)**2).mean(axis=1)
     in_motion = moving[np.clip(np.searchsorted(known, at[inside]), 0, len(known) - 1)]

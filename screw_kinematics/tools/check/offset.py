@@ -61,12 +61,8 @@ def compare_clocks(recording: Recording, settings: RobotSettings, namespace: str
 
 def _report_clocks(topic: str, settings: RobotSettings, stream: Stream, found: ClockOffset,
                    ) -> Iterator[Finding]:
-    low, high = found.interval
     yield Finding(
-        FACT, f'{topic}: stamps are {1e3 * abs(found.offset):.3f} ms '
-        f'{"early" if found.offset > 0 else "late"} against those of the joint states '
-        f'(offset {1e3 * found.offset:+.3f} ms, 95 % between {1e3 * low:+.3f} and '
-        f'{1e3 * high:+.3f} ms)',
+        FACT, f'{topic}: {found.told()}',
         '' if found.deviation > _VAGUE else
         f'set {settings.name}.stamp_offset: {settings.motion.stamp_offset - found.offset:.6f}, or '
         f'add {found.offset:+.6f} s to its stamps')

@@ -45,11 +45,7 @@ def report(found: Identified) -> Iterator[Finding]:
                         f'left are {force:.3g} N and {torque:.3g} N m; with the weight alone '
                         f'taken off {before:.3g} N and {turning:.3g} N m')
     if found.clock is not None:
-        low, high = found.clock.interval
-        yield Finding(REMARK, f'{topic}: stamps are {1e3 * abs(found.clock.offset):.2f} ms '
-                      f'{"early" if found.clock.offset > 0 else "late"} against those of the '
-                      f'joint states (95 % between {1e3 * low:+.2f} and {1e3 * high:+.2f} ms); '
-                      'stamp_offset below makes up for it')
+        yield Finding(REMARK, f'{topic}: {found.clock.told()}; stamp_offset below makes up for it')
     if force > max(_UNEXPLAINED * before, _HEAVY * fit.payload.mass * _FREE_FALL):
         yield Finding(PROBLEM, f'{topic}: no rigid payload explains {100 * force / before:.0f} % '
                       'of what weight alone leaves: contact, a cable, or another link',
