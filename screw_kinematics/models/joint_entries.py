@@ -17,7 +17,7 @@ from ..screws.rotations import pose, rotation_rpy
 from ..screws.se3 import Array
 
 MAX_JOINTS = 1000
-"""Most joints of one file."""
+"""Most joints of one file, or between base and tip."""
 
 COMMON = ('name', 'units', 'base_frame', 'tip_frame')
 """Keys that every model file may have."""

@@ -25,7 +25,7 @@ import numpy as np
 
 from .fields import Fields, listed, number, reported
 from .guarded_xml import JointElement, read_document, RobotDocument
-from .joint_entries import resolve_mimic
+from .joint_entries import MAX_JOINTS, resolve_mimic
 from .link_tree import Edge, LinkTree
 from ..chains.joint import Joint, Mimic
 from ..chains.serial_chain import SerialChain
@@ -36,7 +36,6 @@ from ..screws.se3 import Array, inverse
 _MOVING = ('revolute', 'continuous', 'prismatic')
 _KINDS = ('fixed', *_MOVING)
 _FREE = ('floating', 'planar')
-MAX_JOINTS = 1000    # between base and tip
 _EXPANDED = 'allowed: URDF expanded by xacro, or a file with the ending .xacro'
 # Names of the frame at the end of an arm, the most certain first.
 _TIPS = ('tool0', 'tcp', 'flange', 'hand', 'tool', 'gripper', r'(?<![a-z])ee(?![a-z])')

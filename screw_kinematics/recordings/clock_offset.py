@@ -24,6 +24,10 @@ SEARCH = 0.25
 
 BLOCK = 0.5
 """Residuals further apart in time are taken to be independent [s]."""
+VAGUE = 2e-3
+"""Standard deviation of an offset that tells little [s]."""
+UNRELATED = 0.5
+"""Share of the variance below which the streams saw something else."""
 
 _GRID = 8e-3        # of the search [s]
 _ROWS = 300         # that it looks at

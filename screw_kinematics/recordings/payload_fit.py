@@ -20,14 +20,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .clock_offset import BLOCK
 from .interpolation import interpolate
 from .link_motion import LinkMotion
 from ..errors import ToolError
 from ..pipeline.payload import felt_wrench, inertia_matrix, INERTIAL, Payload
 from ..screws.se3 import Array
-
-BLOCK = 0.5
-"""Residuals further apart in time are taken to be independent [s]."""
 
 _BODY = len(INERTIAL)
 _MOST = 40_000      # wrenches that are looked at

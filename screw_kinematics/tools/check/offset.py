@@ -11,15 +11,13 @@ import numpy as np
 from .findings import FACT, Finding, PROBLEM, REMARK
 from .offset_picture import draw_offset
 from ...pipeline.settings import RobotSettings
-from ...recordings.clock_offset import ClockOffset, find_offset
+from ...recordings.clock_offset import ClockOffset, find_offset, UNRELATED, VAGUE
 from ...recordings.link_motion import link_motion
 from ...recordings.motion_streams import channels, read_stream, Stream
 from ...recordings.recording import full_name, Recording
 from ...screws.rotations import roll_pitch_yaw
 from ...screws.se3 import Array
 
-_UNRELATED = 0.5        # share of the variance below which the streams saw something else
-_VAGUE = 2e-3           # standard deviation of an offset that tells little [s]
 _IMU = 'sensor_msgs/msg/Imu'
 _MEASURED = {
     _IMU: ('angular velocity', 'specific force'),
@@ -63,17 +61,17 @@ def _report_clocks(topic: str, settings: RobotSettings, stream: Stream, found: C
                    ) -> Iterator[Finding]:
     yield Finding(
         FACT, f'{topic}: {found.told()}',
-        '' if found.deviation > _VAGUE else
+        '' if found.deviation > VAGUE else
         f'set {settings.name}.stamp_offset: {settings.motion.stamp_offset - found.offset:.6f}, or '
         f'add {found.offset:+.6f} s to its stamps')
     if abs(found.drift) > 3 * found.drift_deviation and abs(found.drift) > 1e-5:
         yield Finding(REMARK, f'{topic}: the offset grows by {1e6 * found.drift:.0f} us a second',
                       'the clocks run at different rates: synchronise them (chrony, PTP)')
-    if found.deviation > _VAGUE:
+    if found.deviation > VAGUE:
         yield Finding(REMARK, f'{topic}: the motion tells the offset to '
                       f'{1e3 * found.deviation:.1f} ms only', 'move faster, and to and fro')
     for what, share, left in zip(_MEASURED[stream.kind], found.shares, found.residuals):
-        level = PROBLEM if share < _UNRELATED else FACT
+        level = PROBLEM if share < UNRELATED else FACT
         yield Finding(
             level, f'{topic}: {100 * share:.2f} % of the variance of its {what} is the motion of '
             f'the joints; left are {_listed(left)}',

@@ -24,7 +24,7 @@ from ...errors import MalformedMessageError, ModelError, ParameterError, ToolErr
 from ...messages.wrench import TYPE
 from ...pipeline.setting import numbers
 from ...pipeline.settings import RobotSettings
-from ...recordings.clock_offset import ClockOffset, find_offset
+from ...recordings.clock_offset import ClockOffset, find_offset, UNRELATED, VAGUE
 from ...recordings.link_motion import link_motion, LinkMotion
 from ...recordings.motion_streams import channels, Stream
 from ...recordings.payload_fit import fit_payload
@@ -39,7 +39,6 @@ EXAMPLES = """\
                                              of the running system
 """
 _LEAST_OFFSET = 2e-4    # that is told [s]
-_VAGUE = 2e-3           # standard deviation of an offset that says nothing [s]
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -138,7 +137,7 @@ def _clock(motion: LinkMotion, stamps: Array, values: Array) -> ClockOffset | No
         clock = find_offset(motion.stamps, stamps, channels(stream, motion))
     except ToolError:       # too short, or no motion: the fit says so
         return None
-    certain = clock.deviation < _VAGUE and clock.shares[0] > 0.5
+    certain = clock.deviation < VAGUE and clock.shares[0] > UNRELATED
     apart = abs(clock.offset) > max(_LEAST_OFFSET, 4 * clock.deviation)
     return clock if certain and apart else None
 
