@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from functools import partial
 import time
 from types import TracebackType
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from rich.console import Console
@@ -17,6 +17,9 @@ from rich.progress import Progress
 from ..errors import MissingExtraError, ParameterError
 from ..screws.rotations import rotation_from_quaternion
 from ..screws.se3 import Array
+
+
+This = TypeVar('This', bound='Listener')
 
 
 class Stream:
@@ -89,7 +92,7 @@ class Listener:
             self.node.create_subscription(kind, topic, self.streams[topic].receive,
                                           qos_profile_sensor_data, raw=True)
 
-    def __enter__(self) -> Listener:
+    def __enter__(self: This) -> This:
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,

@@ -81,7 +81,7 @@ def demonstrate(arguments: argparse.Namespace) -> int:
     return console.OK
 
 
-class _Watch:
+class _Watch(Listener):
     """The part of the demo that listens and shows."""
 
     def __init__(self, arguments: argparse.Namespace, played: stage.Stage,
@@ -94,27 +94,19 @@ class _Watch:
         self._stop = stop
         self._outputs = [f'{played.name}/{output}' for output in stage.OUTPUTS]
         kinds = dict(zip(self._outputs, (PoseStamped, TwistStamped, AccelStamped)))
-        self._listener = Listener({'joint_states': JointState, **kinds}, 'demo',
-                                  f'/{played.namespace}')
+        super().__init__({'joint_states': JointState, **kinds}, 'demo', f'/{played.namespace}')
         self._terminal = Console(highlight=False)
         base, tip = played.robot.base_frame, played.robot.tip_frame
         self._title = f'/{played.namespace}/{played.name}, motion {arguments.motion}'
         self._frames = (f'motion of {tip} relative to {base}; axes of {base}; '
                         f'reference point: origin of {tip}')
 
-    def __enter__(self) -> _Watch:
-        self._listener.__enter__()
-        return self
-
-    def __exit__(self, *error: Any) -> None:
-        self._listener.__exit__(*error)
-
     def wait_for_states(self) -> None:
         """Wait until every output has come at least once."""
         end = time.monotonic() + _PATIENCE
-        streams = self._listener.streams
+        streams = self.streams
         while not all(stream.count for stream in streams.values()):
-            self._listen(0.1)
+            self.listen(0.1)
             if time.monotonic() > end:
                 silent = ', '.join(topic for topic, s in streams.items() if not s.count)
                 raise ToolError(f'no message within {_PATIENCE:.0f} s on: {silent}')
@@ -123,7 +115,7 @@ class _Watch:
         """Print one state beside the exact one, after the estimator has settled."""
         begin = last = self._time()
         while last - begin < _SETTLING + self._arguments.delay:
-            self._listen(0.05)
+            self.listen(0.05)
             now = self._time()
             if now - last > _GAP:
                 begin = now
@@ -132,7 +124,7 @@ class _Watch:
 
     def _time(self) -> float:
         """Return the instant of the newest state [s]."""
-        return stamp_of(self._listener.streams[self._outputs[0]].message()) * 1e-9
+        return stamp_of(self.streams[self._outputs[0]].message()) * 1e-9
 
     def show_all(self) -> None:
         """Show states until the duration is over or a signal comes."""
@@ -143,16 +135,16 @@ class _Watch:
         with Live(console=self._terminal, auto_refresh=False) as live, \
                 suppress(KeyboardInterrupt):
             while (left := end - time.monotonic()) > 0:
-                self._listen(min(0.1 if interactive else 1.0, left))
+                self.listen(min(0.1 if interactive else 1.0, left))
                 view = self._view()
                 if interactive:
                     live.update(LiveTable(view), refresh=True)
                 else:
                     print(line(view), flush=True)
 
-    def _listen(self, seconds: float) -> None:
+    def listen(self, seconds: float) -> None:
         """Receive messages for a while; raise if asked to stop or if a process ended."""
-        self._listener.listen(seconds)
+        super().listen(seconds)
         if self._stop.made:
             raise KeyboardInterrupt
         self._children.check()
@@ -163,16 +155,16 @@ class _Watch:
         return View(
             self._title, self._frames, self._stage.elapsed(stamp),
             rows(self._stage.exact(stamp), pose.pose, twist.twist, accel.accel),
-            {topic: stream.rate() for topic, stream in self._listener.streams.items()},
+            {topic: stream.rate() for topic, stream in self.streams.items()},
             (time.time_ns() - stamp) * 1e-9, self._arguments.delay)
 
     def _matching(self) -> list[Any]:
         """Return the newest pose, twist and acceleration of one stamp."""
         while True:
-            newest = [self._listener.streams[topic].message() for topic in self._outputs]
+            newest = [self.streams[topic].message() for topic in self._outputs]
             if len({stamp_of(message) for message in newest}) == 1:
                 return newest
-            self._listen(0.001)
+            self.listen(0.001)
 
 
 if __name__ == '__main__':

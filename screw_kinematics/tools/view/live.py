@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Collection, Sequence
-from types import TracebackType
 from typing import Any
 
 import numpy as np
@@ -24,7 +23,7 @@ Exact = Callable[[int], BodyState]
 _REMEMBERED = 64    # joint samples
 
 
-class LiveRobots:
+class LiveRobots(Listener):
     """
     Listens to the node and to the joint states that it gets.
 
@@ -55,22 +54,14 @@ class LiveRobots:
             if motion.world:
                 topics[f'{motion.name}/pose'] = PoseStamped
         topics['/diagnostics'] = DiagnosticArray
-        self._listener = Listener(topics, 'screw_kinematics_view', f'/{namespace.strip("/")}')
-        self._robots = [_LiveRobot(motion, topics, self._listener, exact)
+        super().__init__(topics, 'screw_kinematics_view', f'/{namespace.strip("/")}')
+        self._robots = [_LiveRobot(motion, topics, self, exact)
                         for motion, topics in zip(motions, joint_topics)]
-
-    def __enter__(self) -> LiveRobots:
-        self._listener.__enter__()
-        return self
-
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
-                 traceback: TracebackType | None) -> None:
-        self._listener.__exit__(kind, error, traceback)
 
     def listen(self, seconds: float) -> None:
         """Receive messages for a while, and take what is new."""
-        self._listener.listen(seconds)
-        diagnostics = self._listener.streams['/diagnostics'].message()
+        super().listen(seconds)
+        diagnostics = self.streams['/diagnostics'].message()
         for robot in self._robots:
             robot.take()
             if diagnostics is not None:
@@ -78,7 +69,7 @@ class LiveRobots:
 
     def silent(self) -> list[str]:
         """Return the topics on which nothing has come yet, but for the diagnostics."""
-        return [topic for topic, stream in self._listener.streams.items()
+        return [topic for topic, stream in self.streams.items()
                 if not stream.count and topic != '/diagnostics']
 
 
