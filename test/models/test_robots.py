@@ -9,24 +9,6 @@ from screw_kinematics import models
 ROBOTS = 'package://screw_kinematics/config/robots/'
 
 
-def test_puma_moves_as_the_design_says():
-    """The paper's motion at t = 0; figures to the digits given there, in mm and rad."""
-    puma = models.load(ROBOTS + 'puma560.yaml')
-    amplitudes = np.array([0.2, 0.15, 0.25, 0.25, 0.15, 0.3])
-    state = puma.state(np.full(6, np.radians(10)), amplitudes, np.zeros(6))
-    mm = 1e3
-    close = {'rtol': 0, 'atol': 6e-7}
-    np.testing.assert_allclose(
-        mm * state.pose[:3, 3], [548.088474, 244.677917, 387.685932], **close)
-    np.testing.assert_allclose(state.velocity[:3], [.110409, .584824, .703910], **close)
-    np.testing.assert_allclose(
-        mm * state.velocity[3:], [128.262094, 144.769510, -130.620410], **close)
-    np.testing.assert_allclose(
-        mm * state.classical(2)[3:], [-75.851720, 58.070508, -78.416507], **close)
-    np.testing.assert_allclose(
-        mm * state.reduced_acceleration[3:], [102.442998, -46.636100, -19.389517], **close)
-
-
 @pytest.mark.parametrize('seed', range(3))
 def test_rpr_follows_the_corrected_formulas(seed):
     """Velocity and reduced acceleration of the paper's planar arm about its point Q."""
