@@ -161,3 +161,6 @@ def test_public_names_are_in_the_reference(site):
         missing = [public for public in described
                    if f'screw_kinematics.{room}.{public}' not in known]
         assert not missing, f'{room}: {missing} are not in doc/reference/library'
+    # What classes inherit, too.
+    assert {'screw_kinematics.chains.SerialChain.inverse_velocity',
+            'screw_kinematics.parallel.ParallelManipulator.dof'} <= known

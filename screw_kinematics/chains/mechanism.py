@@ -28,7 +28,7 @@ class Mechanism(ABC):
     """A mechanism that moves a tip frame relative to a base frame by measured joints."""
 
     joint_names: tuple[str, ...]
-    """Of the measured joints, in the order of q."""
+    """Of the measured joints, in the order of q; those that mimic others are none."""
     dof: int
     """Number of measured joints."""
     joint_kinds: tuple[str, ...]

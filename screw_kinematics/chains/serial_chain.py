@@ -46,19 +46,6 @@ class SerialChain(Manipulator):
     fixed_to_base : mapping of str to array, shape (4, 4), optional
         Poses in the base frame of other frames that are fixed to it [m].
 
-    Attributes
-    ----------
-    joint_names : tuple of str
-        Of the measured joints, in the order of q: mimic joints are folded in.
-    dof : int
-        Number of measured joints.
-    joint_kinds : tuple of str
-        Of the measured joints.
-    prismatic : array of bool, shape (dof,)
-        Which of them are measured in m rather than rad.
-    velocity_limits : array, shape (dof,)
-        Their largest speeds [rad/s, m/s]; infinite where none is known.
-
     Raises
     ------
     ShapeError, InvalidValueError

@@ -71,8 +71,6 @@ class ParallelManipulator(Manipulator):
         Each an open chain from base to platform.
     joints : tuple of Joint
         Those of all limbs.
-    joint_names, dof, joint_kinds, prismatic, velocity_limits : as of a serial chain
-        Of the actuated joints.
     passive_joint_names : tuple of str
         Of the joints that are not measured, limb by limb.
     mobility : int
