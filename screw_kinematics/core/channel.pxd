@@ -15,6 +15,8 @@ cdef class Signal:
     cdef double changes
     cdef double multiple        # steps of the latest change, and how often it was unlike
     cdef double unlike          # the one before
+    cdef double parted          # way of the velocity less step of the position; the same since the
+    cdef double since           # first of those that wait
     cdef double pending         # deviation of the sample that waits
     cdef int waiting            # samples that wait
     cdef double envelope        # usual deviation
@@ -26,8 +28,6 @@ cdef class Signal:
     cdef bint taken             # taken, the step to it; the state without it
     cdef double step
     cdef double s0, s1, s2, s3
-    cdef double parted          # way of the velocity less step of the position; the same since the
-    cdef double since           # first of those that wait
 
     cdef void start(self, double z) noexcept
     cdef void follow_quantum(self, double z) noexcept
@@ -47,7 +47,7 @@ cdef class Channel:
     cdef double[::1] weight
     cdef Py_ssize_t[::1] low    # of each signal the first filter that has weight,
     cdef Py_ssize_t[::1] high   # and the one after the last
-    cdef double[::1] error      # innovations of the latest sample
+    cdef double[::1] error      # innovations of the latest sample of one signal
     cdef double[:, ::1] excess  # what wider filters show of errors, (3, n M)
     cdef double told            # how often,
     cdef double lately          # and what the latest time counts
@@ -73,8 +73,8 @@ cdef class Channel:
     cdef void advance(self, double[::1] z, double[::1] instead) noexcept
     cdef void predict(self) noexcept
     cdef void judge(self, Signal u, Py_ssize_t j, double at, double instead) noexcept
-    cdef void remember(self) noexcept
-    cdef void update(self) noexcept
+    cdef void remember(self, Py_ssize_t j) noexcept
+    cdef void update(self, Signal u, Py_ssize_t j) noexcept
     cdef bint admit(self, Signal u, Py_ssize_t first, double deviation, double limit,
                     bint same) noexcept
     cdef bint confirmed(self, Signal u, double deviation) noexcept

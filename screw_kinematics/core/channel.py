@@ -116,7 +116,7 @@ class Channel:
         self.x = table(4, n * m)
         self.mean, self.before, self.weight = zeros(n * m), zeros(n * m), zeros(n * m)
         self.low, self.high = memoryview(array('q', [0] * n)), memoryview(array('q', [m] * n))
-        self.error = zeros(n * m)
+        self.error = zeros(m)
         self.states, self.errors = table(1, 1), table(1, 1)
         self.excess, self.tail, self.told = table(3, n * m), table(3, n), 0.0
         self.shaken, self.paused, self.lately = False, 0.0, 1.0
@@ -149,10 +149,9 @@ class Channel:
         self.predict()
         for j in range(self.n):
             self.judge(self.signal(j), j, z[j], instead[j])
-        if self.delayed:
-            self.remember()
-        self.update()
-        for j in range(self.n):
+            if self.delayed:
+                self.remember(j)
+            self.update(self.signal(j), j)
             self.weigh(self.signal(j), j)
 
     def predict(self) -> None:
@@ -206,37 +205,34 @@ class Channel:
         u.scores = counts and self.determined
         if not counts:
             at = foreseen if known else instead
-        for k in range(first, first + m):
-            self.error[k] = at - self.x[0, k]
+        for k in range(m):
+            self.error[k] = at - self.x[0, first + k]
 
-    def remember(self) -> None:
-        """Remember predicted states and innovations."""
+    def remember(self, j: cython.Py_ssize_t) -> None:
+        """Remember predicted states and innovations of a signal."""
         i: cython.Py_ssize_t
         k: cython.Py_ssize_t
+        first: cython.Py_ssize_t = j * self.m
         lanes: cython.Py_ssize_t = self.n * self.m
         for i in range(4):
-            for k in range(lanes):
+            for k in range(first, first + self.m):
                 self.states[self.slot, i * lanes + k] = self.x[i, k]
-        for k in range(lanes):
-            self.errors[self.slot, k] = self.error[k]
+        for k in range(self.m):
+            self.errors[self.slot, first + k] = self.error[k]
 
-    def update(self) -> None:
-        """Let the innovations change the states; follow their mean squares."""
-        j: cython.Py_ssize_t
+    def update(self, u: Signal, j: cython.Py_ssize_t) -> None:
+        """Let the innovations change the states of a signal; follow their mean squares."""
         i: cython.Py_ssize_t
         k: cython.Py_ssize_t
-        m: cython.Py_ssize_t = self.m
-        for j in range(self.n):
-            share: cython.double = self.share if self.signal(j).scores else 0.0
-            for k in range(m):
-                i = j * m + k
-                error: cython.double = self.error[i]
-                self.x[0, i] += self.gains.gain[0, k] * error
-                self.x[1, i] += self.gains.gain[1, k] * error
-                self.x[2, i] += self.gains.gain[2, k] * error
-                self.x[3, i] += self.gains.gain[3, k] * error
-                self.mean[i] += share * (
-                    error * error * self.gains.precision[k] - self.mean[i])
+        share: cython.double = self.share if u.scores else 0.0
+        for k in range(self.m):
+            i = j * self.m + k
+            error: cython.double = self.error[k]
+            self.x[0, i] += self.gains.gain[0, k] * error
+            self.x[1, i] += self.gains.gain[1, k] * error
+            self.x[2, i] += self.gains.gain[2, k] * error
+            self.x[3, i] += self.gains.gain[3, k] * error
+            self.mean[i] += share * (error * error * self.gains.precision[k] - self.mean[i])
 
     def admit(self, u: Signal, first: cython.Py_ssize_t, deviation: cython.double,
               limit: cython.double, same: cython.bint) -> cython.bint:
