@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 from .gains cimport Gains
 
-cdef double AROUND, DENSEST, LEAST, SPARSE, TIME_UNIT, WORTH
+cdef double AROUND, COLOURED, DENSEST, LEAST, SLOWEST, SPARSE, TIME_UNIT, WORTH
 
 
 cdef class IntervalSmoother:
@@ -22,6 +22,8 @@ cdef class IntervalSmoother:
     cdef double[:, ::1] error       # innovations, then what each is without itself, (N, M)
     cdef double[:, ::1] mean, before
     cdef double[::1] weight
+    cdef double[::1] level          # logarithms of the noise that filters find
+    cdef double[::1] step           # of the handicap where noise is coloured, to each filter
     cdef double[:, ::1] work
 
     cdef void remember(self, Py_ssize_t i) noexcept

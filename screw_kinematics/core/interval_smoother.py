@@ -36,6 +36,12 @@ else:
 AROUND = cython.declare(cython.double, 0.2)
 """How far to either side filters are weighed by what they tell, s: that fades by e over it."""
 
+COLOURED = cython.declare(cython.double, 0.5)
+"""Fall of the logarithm of the noise from a filter to the next from which on it is coloured."""
+
+SLOWEST = cython.declare(cython.double, 1.75)
+"""By how much that falls at least where it is motion that the wider filter follows."""
+
 WORTH = cython.declare(cython.double, 0.4)
 """What a score is worth as evidence: neighbours' errors are alike, and none of the bandwidths may
 be the right one, so that a mean of two is."""
@@ -57,8 +63,7 @@ class IntervalSmoother:
         Of the filters, all of order 4 [Hz].
     wide, steep:
         Handicap of wide filters: what the logarithm of the innovation's variance counts beside,
-        and its square, that by how dense samples are; the first decides among filters that are
-        narrow beside the rate, the second among wide ones, where noise is coloured.
+        and where noise is coloured its square, that by how dense samples are.
 
     """
 
@@ -66,6 +71,7 @@ class IntervalSmoother:
         self.gains = Gains([(4, f) for f in bandwidths])
         self.m, self.wide, self.steep, self.n = self.gains.m, wide, steep, 0
         self.scale, self.weight, self.work = row(SCALE), zeros(self.m), table(10, self.m)
+        self.level, self.step = zeros(self.m), zeros(self.m)
 
     def plan(self, times: cython.double[::1]) -> None:
         """Find covariances and gains for these times, which increase."""
@@ -96,10 +102,16 @@ class IntervalSmoother:
             self.gains.update()
             self.remember(i)
         self.backward()
-        for i in range(n):
-            for k in range(m):
+        handicap: cython.double = 0.0
+        for k in range(m):
+            total: cython.double = 0.0
+            for i in range(n):
                 own: cython.double = log(self.s[i, k])
-                self.logs[i, k] = own * (self.wide + steep * own) - log(self.alone[i, k])
+                self.logs[i, k] = own * self.wide - log(self.alone[i, k])
+                total += own
+            square: cython.double = steep * (total / n) * (total / n)
+            self.step[k] = square - handicap
+            handicap = square
         self.around(self.logs)
         self.count()
 
@@ -310,18 +322,31 @@ class IntervalSmoother:
 
     def mix(self, i: cython.Py_ssize_t, floor: cython.double, state: cython.double[:, ::1],
             variance: cython.double[:, ::1], rest: cython.double[:, ::1]) -> None:
-        """Weigh the filters by how well they tell each sample around one from all others."""
+        """
+        Weigh the filters by how well they tell each sample around one from all others.
+
+        From white noise all filters that follow the motion find the same noise in their misses.
+        If that goes on to fall from a filter to wider ones, it is coloured, and the filter is
+        told to do better the wider it is; but motion falls faster.
+        """
         k: cython.Py_ssize_t
         a: cython.Py_ssize_t
         m: cython.Py_ssize_t = self.m
         w: cython.double[::1] = self.weight
+        level: cython.double[::1] = self.level
         best: cython.double = 1e300
         total: cython.double = 0.0
         span: cython.double = self.span[i]
         for k in range(m):
             own: cython.double = self.mean[i, k] / span
-            own = own if own > floor else floor
-            w[k] = log(own + LEAST) + self.logs[i, k] / span
+            level[k] = log((own if own > floor else floor) + LEAST)
+        handicap: cython.double = 0.0
+        for k in range(m):
+            onward: cython.double = level[k] - level[k + 1] if k + 1 < m else COLOURED
+            if onward > 0.0:
+                step: cython.double = self.step[k] * min(onward / COLOURED, 1.0)
+                handicap += min(step, SLOWEST)
+            w[k] = level[k] + handicap + self.logs[i, k] / span
             best = w[k] if w[k] < best else best
         for k in range(m):
             w[k] = exp(-0.5 * WORTH * span * (w[k] - best))

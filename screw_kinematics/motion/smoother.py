@@ -21,10 +21,10 @@ from .units import unit_doubts
 from ..core.interval_smoother import IntervalSmoother
 from ..errors import InvalidValueError, Reason, ShapeError
 
-BANDWIDTHS = tuple(0.1 * 1.65**k for k in range(16))
+BANDWIDTHS = tuple(0.1 * 1.65**k for k in range(17))
 """Bandwidths of the filters, Hz."""
 
-WIDE, STEEP = 0.2, 0.26
+WIDE, STEEP = 0.38, 0.34
 """Handicap of wide filters: what tells positions best is too wide for derivatives."""
 
 OVERLAP = 2.0

@@ -185,3 +185,31 @@ def test_no_worse_than_online_at_any_delay(rate, noise):
     ratios = np.array(smoothed) / np.min(online, axis=0)
     assert ratios.max() < 1.0
     assert (np.exp(np.mean(np.log(ratios), axis=1)) < 0.7).all()
+
+
+def test_exact_positions_whose_jerk_jumps_are_followed_better_than_online():
+    dt, stamps = 1e-3, np.arange(4000) * 1e-3
+    acceleration = np.abs((stamps[:, None] * [1.3, 2.1]) % 2.0 - 1.0) - 0.5
+    first, second = acceleration[:-1], acceleration[1:]
+    start = np.zeros((1, 2))
+    velocity = np.concatenate([start, np.cumsum(0.5 * dt * (first + second), axis=0)])
+    steps = velocity[:-1] * dt + dt**2 / 6.0 * (2.0 * first + second)
+    positions = np.concatenate([start, np.cumsum(steps, axis=0)])
+    result = smooth(stamps, positions)
+    at, states, _ = run(MotionEstimator(2, delay=0.05), stamps, positions)
+    inner = slice(500, -500)
+    online = states[:, 2] - acceleration[np.rint(at / dt).astype(int)]
+    smoothed = result.acceleration - acceleration
+    assert np.std(smoothed[inner]) < 0.5 * np.std(online[inner])
+
+
+def test_coloured_noise_is_not_taken_for_motion():
+    """Of four times the samples, with noise on lines between, little more than twice the error."""
+    harm = []
+    for seed in range(3):
+        motion, few, many = sines(seed, 4), np.arange(1000) / 125, np.arange(3997) / 500
+        noise = 1e-5 * np.random.default_rng(seed).standard_normal((1000, 4))
+        alike = np.stack([np.interp(many, few, column) for column in noise.T], axis=-1)
+        harm.append(error_of(motion, smooth(many, motion(many)[0] + alike))
+                    / error_of(motion, smooth(few, motion(few)[0] + noise)))
+    assert np.mean(harm) < 2.3, harm
