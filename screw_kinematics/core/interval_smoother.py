@@ -104,12 +104,13 @@ class IntervalSmoother:
         self.backward()
         handicap: cython.double = 0.0
         for k in range(m):
-            total: cython.double = 0.0
+            settled: cython.double = 0.0
             for i in range(n):
                 own: cython.double = log(self.s[i, k])
                 self.logs[i, k] = own * self.wide - log(self.alone[i, k])
-                total += own
-            square: cython.double = steep * (total / n) * (total / n)
+                settled += own if 2 * i >= n else 0.0
+            settled /= n - n // 2
+            square: cython.double = steep * settled * settled
             self.step[k] = square - handicap
             handicap = square
         self.around(self.logs)

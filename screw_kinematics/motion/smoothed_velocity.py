@@ -15,6 +15,9 @@ AROUND = 0.2
 LONGEST_LAG, LARGEST_SCALE = 0.05, 0.1
 """Lag, s, and share by which a velocity may be too large, that are allowed for."""
 
+CLEAR = 3.0
+"""Deviations from which on a lag or a scale is none by chance."""
+
 EARLY_LAG, LATE_LAG = 1e-3, 5e-3
 """Lag from which on a velocity is doubted, and by how much more fully, s."""
 
@@ -44,9 +47,11 @@ def fused(smoother: IntervalSmoother, times: Array, x: Array, p: Array, position
     off = velocity - x[1]
     regressors = np.stack([-x[2], x[1]])
     gram = regressors @ regressors.T + np.diag([1e-9, 1e-7]) * len(times)
-    lag, scale = np.linalg.solve(gram, regressors @ off)
-    lag = min(max(float(lag), 0.0), LONGEST_LAG)
-    scale = min(max(float(scale), -LARGEST_SCALE), LARGEST_SCALE)
+    found = np.linalg.solve(gram, regressors @ off)
+    unsure = np.sqrt(np.mean((off - found @ regressors)**2) * np.diag(np.linalg.inv(gram)))
+    lag, scale = np.where(np.abs(found) > CLEAR * unsure, found, 0.0).tolist()
+    lag = min(max(lag, 0.0), LONGEST_LAG)
+    scale = min(max(scale, -LARGEST_SCALE), LARGEST_SCALE)
     left = off + lag * x[2] - scale * x[1]
     y, s, rest = np.empty((4, len(times))), np.empty((4, len(times))), np.empty((2, len(times)))
     smoother.smooth(velocity, 0.0, y, s, rest)
