@@ -158,6 +158,9 @@ def smooth(
     findings = dict.fromkeys(_odd_units(names, positions, continuous))
     if not runs:
         why = [f'{n} of {len(stamps)} refused: {reason}' for reason, n in refused.items()]
+        step = float(np.median(np.diff(stamps))) if len(stamps) > 1 else 0.0
+        if step > max_gap:
+            why.append(f'stamps, in s, are {step:.3g} apart, and max_gap is {max_gap:g}')
         raise InvalidValueError('; '.join(
             ['recorded samples: no run of at least 8 good ones', *why, *findings]))
     count, n = sum(len(run.rows) for run in runs), positions.shape[1]

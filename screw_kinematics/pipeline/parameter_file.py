@@ -5,6 +5,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from difflib import get_close_matches
+from functools import partial
+from math import inf, nan
 from pathlib import Path
 import re
 from typing import Any
@@ -18,6 +20,43 @@ NODE_NAME = 'kinematic_state_publisher'
 PARAMETERS = 'ros__parameters'
 OF_ROS = re.compile(r'use_sim_time|start_type_description_service|qos_overrides\..+')
 """Parameters that every node of ROS has."""
+
+Pairs = tuple[tuple[Any, Any], ...]
+"""A mapping with the keys that are given twice: ROS takes both."""
+
+
+WORDS = {spelt: value for word, value in (('y', True), ('yes', True), ('true', True), ('on', True),
+                                          ('n', False), ('no', False), ('false', False),
+                                          ('off', False))
+         for spelt in (word, word.capitalize(), word.upper())}
+"""What ROS's parser takes for truth values."""
+
+
+class _Loader(yaml.SafeLoader):
+    """YAML as ROS's own parser takes it: 1e-3 is a number, and 2026-01-01 is text."""
+
+    yaml_implicit_resolvers = {}
+
+    def pairs(self, node: yaml.MappingNode) -> Pairs:
+        """Return a mapping as it is written."""
+        return tuple(
+            (str(key.value), self.construct_object(value, deep=True)) for key, value in node.value)
+
+    def scalar(self, node: yaml.ScalarNode) -> Any:
+        """Return a truth value, a number or text; None where nothing stands."""
+        text: str = node.value
+        if node.style or text in WORDS:
+            return text if node.style else WORDS[text]
+        for convert in (partial(int, base=0), float):
+            try:
+                return convert(text if '_' not in text else 'text')
+            except ValueError:
+                pass
+        return {'': None, '.inf': inf, '-.inf': -inf, '.nan': nan}.get(text.lower(), text)
+
+
+_Loader.add_constructor('tag:yaml.org,2002:map', _Loader.pairs)
+_Loader.add_constructor('tag:yaml.org,2002:str', _Loader.scalar)
 
 
 def read_robots(path: Path, instead: Mapping[str, Any] | None = None, namespace: str = '',
@@ -92,8 +131,10 @@ def matches(pattern: str, node: str) -> bool:
 def _parameters(path: Path, node: str) -> dict[str, Any]:
     """Return the parameters of the node by their full names; what is last in the file wins."""
     try:
-        content = yaml.safe_load(path.read_text())
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+        content = yaml.load(path.read_text(), Loader=_Loader)
+    except OSError as error:
+        raise ToolError(f'{path}: {error.strerror}') from None
+    except (ValueError, yaml.YAMLError) as error:
         raise ToolError(f'{path}: {" ".join(str(error).split())}') from None
     flat: dict[str, Any] = {}
     there = list(_nodes(content))
@@ -109,20 +150,33 @@ def _parameters(path: Path, node: str) -> dict[str, Any]:
     return flat
 
 
-def _nodes(tree: Any, prefix: str = '') -> Iterator[tuple[str, Mapping[Any, Any]]]:
+def _nodes(tree: Any, prefix: str = '') -> Iterator[tuple[str, Pairs]]:
     """Yield names of nodes, with wildcards and namespaces, and the parameters below them."""
-    for key, value in tree.items() if isinstance(tree, dict) else ():
-        if key == PARAMETERS and prefix and isinstance(value, dict):
+    for key, value in tree if isinstance(tree, tuple) else ():
+        if key == PARAMETERS and prefix and isinstance(value, tuple):
             yield prefix, value
-        elif isinstance(value, dict):
+        elif isinstance(value, tuple):
             yield from _nodes(value, f'{prefix}/{str(key).strip("/")}')
 
 
-def _flat(tree: Mapping[Any, Any], prefix: str = '') -> dict[str, Any]:
+def _flat(tree: Pairs) -> dict[str, Any]:
+    """Return parameters by their full names; raise ParameterError for what the node would miss."""
     out: dict[str, Any] = {}
-    for key, value in tree.items():
-        if isinstance(value, dict):
-            out.update(_flat(value, f'{prefix}{key}.'))
-        else:
-            out[f'{prefix}{key}'] = value
+    for name, value in _leaves(tree):
+        if name in out:
+            raise ParameterError(name, [out[name], value], 'once in a file')
+        if value is None:
+            raise ParameterError(name, None, 'a value: ROS refuses the file without one')
+        if isinstance(value, list) and len({type(v) for v in value}) > 1:
+            raise ParameterError(name, value, 'a list of one type, such as [0.0, 0.5]: ROS '
+                                 'refuses the file else')
+        out[name] = value
     return out
+
+
+def _leaves(tree: Pairs, prefix: str = '') -> Iterator[tuple[str, Any]]:
+    for key, value in tree:
+        if isinstance(value, tuple):
+            yield from _leaves(value, f'{prefix}{key}.')
+        else:
+            yield f'{prefix}{key}', value

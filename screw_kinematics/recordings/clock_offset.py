@@ -131,6 +131,10 @@ def find_offset(joint_stamps: Array, stamps: Array, groups: Sequence[Channels]) 
     groups = [Channels(group.values[inside], group.features) for group in groups]
     if not any((np.ptp(group.features, axis=0) > 1e-9).any() for group in groups):
         raise ToolError('nothing moves in the recording: an offset cannot be seen')
+    for group in groups:
+        if not (np.ptp(group.values, axis=0) > 1e-12).any():
+            raise ToolError('some of what the other stream measures never changes, but is always '
+                            f'{group.values[0].tolist()}: is the sensor connected?')
     thin = max(len(at) // _ROWS, 1)
     offsets = np.arange(-SEARCH, SEARCH + _GRID / 2, _GRID)
     misfits = [sum(_misfit(joint_stamps, at[::thin], group, offset, thin) for group in groups)

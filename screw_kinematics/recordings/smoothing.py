@@ -79,7 +79,7 @@ class Smoother:
         self.order = order
 
     def __call__(self, block: Block) -> MotionBlock:
-        """Return the motion at the block's own instants: those of the joints that come seldom."""
+        """Return the motion at the block's instants: those of the joints that come most often."""
         refused: Counter[Reason] = Counter()
         parts = [self._motion(samples, refused) for samples in block]
         n = len(self.continuous)
@@ -91,7 +91,7 @@ class Smoother:
         if sum(len(samples.columns) for samples in block) < n or not all(
                 part.own.any() for part in parts):
             return nothing
-        clock = min(parts, key=lambda part: int(part.own.sum()))
+        clock = max(parts, key=lambda part: int(part.own.sum()))
         own = clock.own
         motion, together = np.empty((self.order + 1, int(own.sum()), n)), np.ones(own.sum(), bool)
         variances = np.empty((4, int(own.sum()), n))

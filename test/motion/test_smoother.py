@@ -81,6 +81,12 @@ def test_continuous_joint_is_unwrapped():
     np.testing.assert_allclose(result.velocity[100:-100, 0], 3.0, atol=1e-7)
 
 
+def test_stamps_in_other_units_are_named():
+    """Nanoseconds, say, which recordings have."""
+    with pytest.raises(InvalidValueError, match=r'stamps, in s, are 1e\+07 apart, and max_gap is'):
+        smooth(np.arange(100) * 10_000_000, np.zeros((100, 1)))
+
+
 def test_wrong_arguments_are_named():
     with pytest.raises(ShapeError, match=r'positions: expected shape \(3, n\), got \(2, 1\)'):
         smooth(np.arange(3), np.zeros((2, 1)))

@@ -1,6 +1,7 @@
 # Copyright screw_kinematics contributors
 # SPDX-License-Identifier: Apache-2.0
 """Clocks that are apart are found to be so, with an interval that holds what it promises."""
+from dataclasses import replace
 import re
 
 import numpy as np
@@ -127,6 +128,10 @@ def test_what_tells_nothing_is_said(joints):
                                for name in joints._fields[1:]})
     with pytest.raises(ToolError, match='nothing moves'):
         find_offset(joints.stamps, stream.stamps, channels(stream, still))
+    stuck = [replace(group, values=np.ones_like(group.values))
+             for group in channels(stream, joints)]
+    with pytest.raises(ToolError, match='never changes.*is the sensor connected'):
+        find_offset(joints.stamps, stream.stamps, stuck)
 
 
 def recorded(path, offset, seed=0, lost=lambda ns: False):

@@ -1,6 +1,7 @@
 # Copyright screw_kinematics contributors
 # SPDX-License-Identifier: Apache-2.0
 """Each fault that is put in is found, and a sound recording has none."""
+import itertools
 from pathlib import Path
 import re
 
@@ -260,6 +261,18 @@ def test_ordinary_encoders_are_not_said_to_repeat(tmp_path, capsys):
 def test_clocks(tmp_path, capsys, late, code, message):
     found, out = run(tmp_path, capsys, late=late)
     assert re.search(message, out) and found == code
+
+
+def test_what_is_said_of_a_delay_names_the_joints(tmp_path, capsys):
+    """Of an arm and its wrist, say, which come in messages of their own."""
+    parts = [rec.samples(count, rate=rate, joints=joints) for count, rate, joints in (
+        (400, 200.0, slice(0, 4)), (200, 100.0, slice(4, 6)))]
+    path = rec.write_bag(tmp_path / 'run', sorted(
+        itertools.chain(*parts), key=lambda message: message[2]))
+    assert check.main(['bag', str(path), '--robot', PUMA]) == 0
+    advice = [line for line in capsys.readouterr().out.splitlines() if 'recommended' in line]
+    for line, joints in zip(advice, ('q1, q2, q3, ...', 'q5, q6'), strict=True):
+        assert f'/joint_states ({joints}): recommended' in line
 
 
 def test_other_topic(tmp_path, capsys):

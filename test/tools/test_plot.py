@@ -115,6 +115,17 @@ def test_recorded_states_name_their_frames_whatever_they_are_kept_in(tmp_path):
     np.testing.assert_allclose(*drawn, rtol=1e-12)
 
 
+@pytest.mark.parametrize('span', [('5', '2'), ('50', '60'), ('nan', '2')])
+def test_nothing_is_drawn_of_an_empty_span(span, tmp_path, capsys):
+    path = recordings.write_bag(tmp_path / 'run', recordings.samples(200))
+    table, picture = tmp_path / 'states.csv', tmp_path / 'picture.png'
+    assert bag_tool.main([str(path), '--robot', robot_options.PUMA, '--output', str(table)]) == 0
+    assert plot.main(['recorded', str(table), '--from', span[0], '--to', span[1],
+                      '--output', str(picture)]) == 2
+    assert 'allowed: some of the 0.000 to 0.995 s of states' in capsys.readouterr().err
+    assert not picture.exists()
+
+
 def test_forces_of_legs_are_drawn_along_them():
     stewart = models.load(ROBOTS / 'stewart_6ups.yaml')
     q, qd = robot_options.motion(stewart, 'paper').derivatives(1.0, 1)

@@ -45,6 +45,9 @@ EXAMPLES = """\
   bag s3://lab/2026 --params-file fleet.yaml --output states --scheduler tcp://head:8786
 """
 
+NOT_WRITTEN = ('.bag', '.gz', '.json', '.txt', '.xlsx')
+"""Endings of recordings that are only read, and of tables elsewhere: no folder is meant."""
+
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the tool; see ``bag --help``."""
@@ -113,7 +116,11 @@ def _tasks(arguments: argparse.Namespace) -> list[Task]:
     elif len(sources) > 1 or form == 'dataset':
         form, folder = form or 'dataset', output
     else:
-        form = form or (output.suffix[1:] if output.suffix in ENDINGS else 'mcap')
+        if not form and output.suffix in NOT_WRITTEN:
+            raise ParameterError('output', str(output), 'a file ending in .csv or .parquet, or '
+                                 'the folder of a bag')
+        form = form or (output.suffix[1:] if output.suffix in ENDINGS else
+                        'sqlite3' if output.suffix == '.db3' else 'mcap')
         folder, name = output.parent, output.stem if output.suffix in ENDINGS else output.name
     chosen = {} if arguments.outputs is None else {
         'outputs': [word for word in arguments.outputs.split(',') if word]}

@@ -63,7 +63,7 @@ def recommend(label: str, names: Sequence[str], time: Array, position: Array,
                       f'at least {_LEAST} are needed; listen longer')
         return
     try:
-        truth = smooth(time, position, velocity, continuous=continuous)
+        truth = smooth(time, position, velocity, continuous=continuous, joint_names=names)
     except InvalidValueError as error:
         yield Finding(PROBLEM, f'{label}: nothing can be estimated: {error}',
                       'see what is said of stamps and positions')

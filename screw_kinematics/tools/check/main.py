@@ -19,7 +19,7 @@ from .delay import recommend
 from .findings import FACT, Finding, has_problem, print_findings, PROBLEM, REMARK
 from .model import report_model
 from .offset import compare_clocks
-from .samples import report_streams
+from .samples import label_of, report_streams
 from .. import console, live_recording, robot_options, settings_options, table_options
 from ..plot.histories import check_ending, ENDINGS
 from ... import core, models
@@ -183,10 +183,11 @@ def _report(settings: Sequence[RobotSettings], namespace: str,
                       if name in here or name not in come}
             yield from report_streams(topic, streams[topic], wanted)
             for stream in streams[topic].streams.values():
-                yield from _recommend(topic, stream, model, robot.motion.delay)
+                yield from _recommend(label_of(topic, stream, len(streams[topic].streams)), stream,
+                                      model, robot.motion.delay)
 
 
-def _recommend(topic: str, stream: JointStream, model: Any, delay: float,
+def _recommend(label: str, stream: JointStream, model: Any, delay: float,
                ) -> Iterator[Finding]:
     columns = [i for i, name in enumerate(stream.names) if name in model.joint_names]
     if not columns or not len(stream):
@@ -199,7 +200,7 @@ def _recommend(topic: str, stream: JointStream, model: Any, delay: float,
     good = np.isfinite(position).all(axis=1) & (time > latest)
     measured = velocity[good] if np.isfinite(velocity).any() else None
     names = [stream.names[i] for i in columns]
-    yield from recommend(topic, names, time[good], position[good], measured,
+    yield from recommend(label, names, time[good], position[good], measured,
                          [wraps[name] for name in names], delay)
 
 

@@ -49,10 +49,12 @@ def report_streams(topic: str, streams: JointStreams,
     yield from report_overlaps(topic, list(streams.streams.values()), wanted)
     for stream in streams.streams.values():
         if any(name in wanted for name in stream.names):
-            yield from _report(topic, _label(topic, stream, len(streams.streams)), stream, wanted)
+            label = label_of(topic, stream, len(streams.streams))
+            yield from _report(topic, label, stream, wanted)
 
 
-def _label(topic: str, stream: JointStream, streams: int) -> str:
+def label_of(topic: str, stream: JointStream, streams: int) -> str:
+    """Return what the samples are called: by their topic, and the joints where it has several."""
     if streams == 1:
         return topic
     names = ', '.join(stream.names[:3]) + (', ...' if len(stream.names) > 3 else '')

@@ -119,6 +119,9 @@ def _draw_recorded(arguments: argparse.Namespace) -> Any:
         # All on the clock of the first.
         time = history.time + (history.start - start) * 1e-9
         kept = (time >= arguments.begin) & (time <= arguments.end)
+        if not kept.any():
+            raise ParameterError('from, to', (arguments.begin, arguments.end), (
+                f'some of the {time[0]:.3f} to {time[-1]:.3f} s of {history.name}'))
         cut.append(History(history.name, history.base_frame, history.tip_frame, time[kept],
                            {key: x[kept] for key, x in history.values.items()}))
     return draw_history(cut, arguments.mm)
