@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from screw_kinematics import models
-from screw_kinematics.errors import MissingExtraError
+from screw_kinematics.errors import MissingExtraError, ScrewKinematicsError
 from screw_kinematics.pipeline.parameter_file import robot_settings
 from screw_kinematics.screws import screw_of_twist
 from screw_kinematics.tools import robot_options
@@ -61,6 +61,15 @@ def server():
     server = open_server('127.0.0.1', port)
     yield server
     server.stop()
+
+
+@pytest.mark.parametrize('host, port, message', [
+    ('127.0.0.1', 99999, "parameter 'port' is 99999; allowed: 0 to 65535"),
+    ('192.0.2.1', 8080, 'nobody can answer there: .*192.0.2.1'),    # of nobody, by RFC 5737
+])
+def test_an_address_at_which_nobody_can_answer(host, port, message):
+    with pytest.raises(ScrewKinematicsError, match=message):
+        open_server(host, port)
 
 
 def test_arrows_are_the_states_in_their_scales(server):

@@ -4,6 +4,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+import errno
+import socket
 from typing import Any
 
 import numpy as np
@@ -12,7 +14,7 @@ from .meshes import load_meshes
 from .motion import ShownMotion
 from .panel import Panel, SPAN
 from .scene import RobotScene
-from ...errors import MissingExtraError
+from ...errors import MissingExtraError, ParameterError, ToolError
 
 RATE = 30.0
 """How often the page is brought up to date [Hz]."""
@@ -28,13 +30,30 @@ def open_server(host: str, port: int) -> Any:
     ------
     MissingExtraError
         viser is not installed.
+    ParameterError
+        There is no such port.
+    ToolError
+        Nobody can answer at the address.
 
     """
     require_viser()
+    _try_address(host, port)
     import viser
     server = viser.ViserServer(host=host, port=port, verbose=False)
     server.scene.set_up_direction('+z')
     return server
+
+
+def _try_address(host: str, port: int) -> None:
+    """Raise what viser does not: its thread would end, and whoever opens it wait for ever."""
+    if not 0 <= port < 2**16:
+        raise ParameterError('port', port, '0 to 65535')
+    try:
+        family = socket.AF_INET6 if ':' in host else socket.AF_INET
+        socket.create_server((host, port), family=family).close()
+    except OSError as error:
+        if error.errno != errno.EADDRINUSE:      # where somebody answers viser takes the next port
+            raise ToolError(f'nobody can answer there: {error.strerror}') from None
 
 
 def require_viser() -> None:
