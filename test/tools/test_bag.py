@@ -114,6 +114,21 @@ def test_an_ending_that_is_not_written_is_no_folder(run, name, tmp_path, capsys)
     assert not (tmp_path / name).exists()
 
 
+def test_what_a_table_has_no_columns_for_is_named(run, tmp_path, capsys):
+    arguments = [str(run), '--robot', PUMA, '--outputs', 'twist,joint_motion', '--output']
+    assert bag.main([*arguments, str(tmp_path / 'states.csv')]) == 0
+    assert 'robot: not in tables, but in bags: joint_motion\n' in capsys.readouterr().out
+    assert bag.main([*arguments, str(tmp_path / 'states')]) == 0
+    assert 'not in tables' not in capsys.readouterr().out
+
+
+def test_several_recordings_go_to_a_folder(run, tmp_path, capsys):
+    shutil.copytree(run, tmp_path / 'again')
+    assert bag.main([str(run), str(tmp_path / 'again'), '--robot', PUMA,
+                     '--output', str(tmp_path / 'states.csv')]) == 2
+    assert "states.csv'; allowed: a folder" in capsys.readouterr().err
+
+
 def test_seams_of_blocks_do_not_show(run, tmp_path, monkeypatch):
     values = []
     for name, size in (('whole', 10_000), ('pieces', 300)):

@@ -11,6 +11,7 @@ from types import TracebackType
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
+from ...recordings.history import QUANTITIES
 from ...recordings.processing import explanation, Outcome, RobotOutcome, Task
 
 
@@ -80,6 +81,9 @@ def print_single(outcome: Outcome, task: Task) -> None:
         left_out = [name for name in settings.outputs if name not in robot.outputs]
         if left_out:
             print(f'{robot.name}: not made from recordings: {", ".join(left_out)}')
+        without = [name for name in robot.outputs if name not in QUANTITIES]
+        if without and task.form in ('csv', 'parquet', 'dataset'):
+            print(f'{robot.name}: not in tables, but in bags: {", ".join(without)}')
         why = explanation(robot, settings)
         if why:
             print(f'bag: {robot.name}: no state: {why}', file=sys.stderr)
