@@ -115,8 +115,8 @@ def _tasks(arguments: argparse.Namespace) -> list[Task]:
         form = ''
     elif len(sources) > 1 or form == 'dataset':
         if output.suffix in (*ENDINGS, *NOT_WRITTEN):
-            raise ParameterError('output', str(output), 'a folder, as many files go there; --format '
-                                 'csv or parquet makes them tables')
+            raise ParameterError('output', str(output), 'a folder, as many files go there; '
+                                 '--format csv or parquet makes them tables')
         form, folder = form or 'dataset', output
     else:
         if not form and output.suffix in NOT_WRITTEN:
