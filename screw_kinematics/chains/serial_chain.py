@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from .compiled import trace_chain
 from .coupling import MimicCoupling
 from .joint import Joint
 from .manipulator import Manipulator
 from .posture import Posture
+from .program import trace_chain
 from ..errors import InvalidValueError
 from ..programs.program import Program
 from ..programs.quantities import checked_outputs, find_quantity, order_of

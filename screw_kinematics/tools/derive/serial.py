@@ -10,7 +10,7 @@ import numpy as np
 
 from .layout import LaTeX, Text
 from .request import heading, near_notes, printable, Request
-from ...chains.compiled import trace_chain
+from ...chains.program import trace_chain
 from ...chains.serial_chain import SerialChain
 from ...errors import ToolError
 from ...programs.c_text import c_header, c_source
