@@ -225,6 +225,13 @@ def test_of_several_leaves_only_one_tool0_is_taken(leaves, tip):
         assert chain.warnings[0].startswith(f"tip frame: '{tip}' is taken, of the leaf links")
 
 
+def test_a_flange_that_holds_a_gripper_is_proposed():
+    text = robot('a tool0 left right', joint('j', 'a', 'tool0'), *(
+        joint(f'to_{leaf}', 'tool0', leaf, 'fixed') for leaf in ('left', 'right')))
+    with pytest.raises(ModelError, match="below it: 'left', 'right'; likely 'tool0'"):
+        models.load_urdf(text)
+
+
 LONG = robot('base ' + ' '.join(f'link_{i:02d}' for i in range(40)) + ' flange',
              *(joint(f'joint_{i:02d}', 'base' if i == 0 else f'link_{i - 1:02d}',
                      'flange' if i == 40 else f'link_{i:02d}') for i in range(41)))
