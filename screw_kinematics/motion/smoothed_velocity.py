@@ -36,7 +36,7 @@ def fused(smoother: IntervalSmoother, times: Array, x: Array, p: Array, position
     velocity raised by what disagrees, and by how alike the errors of neighbours are.
     """
     measured = np.abs(velocity) < 1e6
-    if measured.mean() < 0.8 or not velocity[measured].any():
+    if measured.mean() < 0.8 or not np.ptp(velocity[measured]):     # zero, or the commanded one
         return x, p
     velocity = np.where(measured, velocity, x[1])
     steps, dt = np.diff(position), np.diff(times)

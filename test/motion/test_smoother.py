@@ -81,6 +81,16 @@ def test_continuous_joint_is_unwrapped():
     np.testing.assert_allclose(result.velocity[100:-100, 0], 3.0, atol=1e-7)
 
 
+@pytest.mark.parametrize('value', [0.0, 1.5])
+def test_a_velocity_that_never_changes_says_nothing(value):
+    """Not that the joint does not accelerate, however certain a constant seems."""
+    stamps = np.arange(1000) / 200
+    positions = np.round(np.sin(3 * stamps) / 1e-4)[:, None] * 1e-4
+    alone = smooth(stamps, positions)
+    beside = smooth(stamps, positions, np.full_like(positions, value))
+    np.testing.assert_array_equal(beside.acceleration, alone.acceleration)
+
+
 def test_stamps_in_other_units_are_named():
     """Nanoseconds, say, which recordings have."""
     with pytest.raises(InvalidValueError, match=r'stamps, in s, are 1e\+07 apart, and max_gap is'):
