@@ -15,6 +15,10 @@ AROUND = 0.2
 LONGEST_LAG, LARGEST_SCALE = 0.05, 0.1
 """Lag, s, and share by which a velocity may be too large, that are allowed for."""
 
+AGO, WORST = 0.03, (2.0 * np.pi * 20.0)**4 / 4.0
+"""Time over which the way that a velocity makes is compared with the position's, s, and what
+that tells of accelerations, up to 20 Hz."""
+
 CLEAR = 3.0
 """Deviations from which on a lag or a scale is none by chance."""
 
@@ -65,7 +69,9 @@ def fused(smoother: IntervalSmoother, times: Array, x: Array, p: Array, position
         _mean_around(times, apart / (p[2] + spread)),
         _mean_around(times, (rate - x[1])**2 / (p[1] + s[0, at])))
     late = min(1.0, max(0.0, (lag - EARLY_LAG) / LATE_LAG))
-    spread = spread * np.maximum(1.0, misfit)**2 + late * apart
+    excess = spread * (np.maximum(1.0, misfit)**2 - 1.0)
+    hidden = _hidden(times, position, x[1] + left, x[2])
+    spread = spread + np.minimum(excess, hidden) + late * apart
     weight = p[2] / (p[2] + spread)
     x, p = x.copy(), p.copy()
     x[2] += weight * (acceleration - x[2])
@@ -83,6 +89,15 @@ def _alike(left: Array, known: float) -> float:
     """
     alike = max(0.0, float(np.mean(left[1:] * left[:-1])) - known) / float(np.mean(left**2))
     return (1.0 + alike) / (1.0 - alike)
+
+
+def _hidden(times: Array, position: Array, velocity: Array, acceleration: Array) -> float:
+    """Return how far off a velocity's acceleration may be, squared, by how far off its way is."""
+    dt = np.diff(times)
+    steps = dt * (velocity[1:] + velocity[:-1]) / 2.0 - dt**2 * np.diff(acceleration) / 12.0
+    apart = np.append(0.0, np.cumsum(steps)) - position
+    apart = apart - apart[np.searchsorted(times, times - AGO)]
+    return WORST * float(np.mean(apart**2))
 
 
 def _mean_around(times: Array, values: Array) -> Array:

@@ -229,3 +229,11 @@ def test_coloured_noise_is_not_taken_for_motion():
         harm.append(error_of(motion, smooth(many, motion(many)[0] + alike))
                     / error_of(motion, smooth(few, motion(few)[0] + noise)))
     assert np.mean(harm) < 2.3, harm
+
+
+def test_an_exact_velocity_is_believed():
+    motion = sines(7, 3)
+    stamps = np.arange(1200) * 5e-3
+    positions = np.round(motion(stamps)[0] * 1e7) * 1e-7
+    without = error_of(motion, smooth(stamps, positions))
+    assert error_of(motion, smooth(stamps, positions, motion(stamps)[1])) < 0.02 * without
