@@ -196,9 +196,13 @@ class KinematicStatePublisher(LifecycleNode):
         return super().on_shutdown(state)
 
     def destroy_node(self) -> None:
-        """Stop the background work too, and leave the middleware at once."""
+        """Stop the background work too."""
         self._worker.close()
         super().destroy_node()
+
+    def leave(self) -> None:
+        """Destroy the node, and leave the middleware at once."""
+        self.destroy_node()
         # Else the garbage collector does this, perhaps while the interpreter ends.
         self._state_machine.destroy_when_not_in_use()
 
