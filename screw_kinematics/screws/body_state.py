@@ -10,7 +10,6 @@ frame of the same body (:meth:`BodyState.with_tool`).
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-import warnings
 
 import numpy as np
 
@@ -103,33 +102,6 @@ class BodyState:
     def reduced_snap(self) -> Array:
         """Reduced snap (jounce) S, the state of order four, shape (..., 6)."""
         return self._order(4)
-
-    @property
-    def acceleration(self) -> Array:
-        """Return :attr:`reduced_acceleration`; this name is deprecated."""
-        return self._renamed('acceleration', 2)
-
-    @property
-    def jerk(self) -> Array:
-        """Return :attr:`reduced_jerk`; this name is deprecated."""
-        return self._renamed('jerk', 3)
-
-    @property
-    def jounce(self) -> Array:
-        """Return :attr:`reduced_snap`; this name is deprecated."""
-        return self._renamed('jounce', 4)
-
-    @property
-    def snap(self) -> Array:
-        """Return :attr:`reduced_snap`; this name is deprecated."""
-        return self._renamed('snap', 4)
-
-    def _renamed(self, name: str, n: int) -> Array:
-        warnings.warn(
-            f'BodyState.{name} is the reduced state, and will be removed in the next release: '
-            f'use reduced_{_ORDERS[n - 1]} for it, or classical_{_ORDERS[n - 1]} for the '
-            'motion of the body point at the pole', DeprecationWarning, stacklevel=3)
-        return self._order(n)
 
     def _order(self, n: int) -> Array:
         if n < 1:

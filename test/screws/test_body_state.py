@@ -108,14 +108,6 @@ def test_orders_have_names_and_missing_ones_are_refused():
         state.classical(0)
 
 
-@pytest.mark.parametrize('old, n', [('acceleration', 2), ('jerk', 3), ('jounce', 4), ('snap', 4)])
-def test_the_old_names_of_reduced_states_warn(old, n):
-    """They do not say which of two six-vectors they are; the new ones do."""
-    state = FIRST.state(*FIRST_MOTION)
-    with pytest.warns(DeprecationWarning, match=f'BodyState.{old} is the reduced state'):
-        assert getattr(state, old) is state.reduced[n - 1]
-
-
 @pytest.mark.parametrize('name, n', [('acceleration', 2), ('jerk', 3), ('snap', 4)])
 def test_classical_motion_by_name_is_the_derivative_of_the_tip(name, n):
     state, motion = FIRST.state(*FIRST_MOTION), exact.tip_motion(FIRST, *FIRST_MOTION)
