@@ -29,6 +29,10 @@ SAME_ENCODER = 4.0
 """By how much the variance of a velocity counts more, as its errors are not independent of the
 position's: drivers find it from the same encoder."""
 
+BEST = 0.01
+"""Least variance that a velocity's acceleration is said to have, by that of the position's: one
+without noise, in other units or of commands, would else seem certain whatever contradicts it."""
+
 
 def fused(smoother: IntervalSmoother, times: Array, x: Array, p: Array, position: Array,
           velocity: Array) -> tuple[Array, Array]:
@@ -64,7 +68,9 @@ def fused(smoother: IntervalSmoother, times: Array, x: Array, p: Array, position
     rate = (y[0, at] + h * (y[1, at] + h / 2 * (y[2, at] + h / 3 * y[3, at]))) / (1 + scale)
     acceleration = (y[1, at] + h * (y[2, at] + h / 2 * y[3, at])) / (1 + scale)
     apart = (acceleration - x[2])**2
-    spread = SAME_ENCODER * s[1, at] / (1 + scale)**2 * _alike(left, float(np.median(p[1])))
+    spread = np.maximum(
+        SAME_ENCODER * s[1, at] / (1 + scale)**2 * _alike(left, float(np.median(p[1]))),
+        BEST * p[2])
     misfit = np.maximum(
         _mean_around(times, apart / (p[2] + spread)),
         _mean_around(times, (rate - x[1])**2 / (p[1] + s[0, at])))
@@ -87,7 +93,8 @@ def _alike(left: Array, known: float) -> float:
 
     They are a process of first order, beside what is `known` to be the position's part of them.
     """
-    alike = max(0.0, float(np.mean(left[1:] * left[:-1])) - known) / float(np.mean(left**2))
+    # Sums, not means: their quotient is below 1 however slow the errors are.
+    alike = max(0.0, float(left[1:] @ left[:-1]) - known * len(left)) / float(left @ left)
     return (1.0 + alike) / (1.0 - alike)
 
 

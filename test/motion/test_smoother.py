@@ -237,3 +237,20 @@ def test_an_exact_velocity_is_believed():
     positions = np.round(motion(stamps)[0] * 1e7) * 1e-7
     without = error_of(motion, smooth(stamps, positions))
     assert error_of(motion, smooth(stamps, positions, motion(stamps)[1])) < 0.02 * without
+
+
+def test_a_wrong_velocity_without_noise_is_not_believed():
+    """No noise makes it seem certain, in whatever units it is, and of whichever joint."""
+    motion = sines(7, 3)
+    stamps = np.arange(1200) * 5e-3
+    true, noise = motion(stamps), 1e-4 * np.random.default_rng(0).standard_normal((1200, 3))
+    alone = smooth(stamps, true[0] + noise)
+    for wrong in (true[0], np.rad2deg(true[1]), true[1] / (2 * np.pi), 1e-3 * true[1], -true[1],
+                  2 * true[1], 0.1 + true[1], true[2], true[1][:, ::-1], motion(stamps + 0.03)[1],
+                  np.cumsum(np.full_like(noise, 1e-12), axis=0),
+                  np.where(stamps[:, None] < 3.0, 0.0, true[1])):
+        beside = smooth(stamps, true[0] + noise, wrong)
+        assert error_of(motion, beside) < 1.1 * error_of(motion, alone)
+        late = slice(60, -60)
+        apart = [np.std((r.velocity - true[1])[late]) for r in (beside, alone)]
+        assert apart[0] < 1.25 * apart[1]
