@@ -29,7 +29,7 @@ cdef class DeviceClock:
     cdef PeriodSearch _periods
     cdef HeldReadings _repeated
     cdef object _begun, _shares, _position, _foreseen
-    cdef double _first, _last, _time, _tick, _deviation, _ahead, _ratio, _patience, _due
+    cdef double _first, _last, _time, _tick, _deviation, _ahead, _ratio, _patience, _wait
     cdef double _wrong, _heard, _messages, _spacing, _doubt
     cdef long _new, _rest, _told, _contrary
     cdef bint _lossy

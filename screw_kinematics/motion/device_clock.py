@@ -6,11 +6,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from copy import copy
-from math import dist, hypot, sqrt
+from math import dist, hypot, inf, sqrt
 
 from .clock_error import ClockError
 from .clock_findings import clock_doubts, clock_error, HOLDS, Tally
-from .first_ticks import FIRST, FirstTicks
+from .first_ticks import count_by, FIRST, FirstTicks
 from .held_readings import HeldReadings
 from .numbers import Row
 from .stamp_share import BLOCK, KNOWN, StampShare
@@ -40,6 +40,12 @@ FEW_TICKS, LONG = 3, 0.03
 
 NEXT = 0.35
 """Ticks by which joints may be from where they go on to in a reading that is merely late."""
+
+TOLD = 0.25
+"""Ticks by which joints may be from where they are foreseen once they have told the ticks."""
+
+STEPS = 2.5
+"""Steps of the encoder that joints move in a tick, at least, for positions to tell ticks."""
 
 REGULAR = 0.05
 """Deviation of stamps from their ticks, in periods, up to which they are right about a pause."""
@@ -120,7 +126,7 @@ class DeviceClock:
         self._ratio, self._messages, self._spacing, self._doubt = 1.0, 0.0, 0.0, 0.0
         self._readings.clear()
         self._new, self._rest, self._contrary = 0, 8, 0
-        self._patience, self._due, self._told, self._lossy = 1.0, 0.0, 0, False
+        self._patience, self._wait, self._told, self._lossy = 1.0, 0.0, 0, False
         self._foreseen: float | None = None
         if known is not None and known.ticks is not None:
             self.ticks = known.ticks.fresh(stamp)
@@ -139,7 +145,10 @@ class DeviceClock:
     @property
     def error(self) -> ClockError:
         """Return what none can know of the device's time."""
-        ticks = self.ticks if self.share <= 0.5 or self.held > HOLDS and not self.proven else None
+        ticks = self.ticks
+        if self.share > 0.5 and (self.proven or ticks is None or self.held <= HOLDS and (
+                ticks.deviation <= JITTER * ticks.period)):
+            ticks = None
         return clock_error(ticks, self._tally(), self._spacing, self._doubt)
 
     def update(self, stamp: float, position: Row, bank: Bank | None) -> Placed:
@@ -221,7 +230,9 @@ class DeviceClock:
         if pause:
             told = False
             self._readings.clear()
-            self._new, agreed = 0, position
+            self._new = 0
+        if pause or abs(x - d) > NEXT:
+            agreed = position       # the joints were not where they were foreseen
         if agree:
             self._deviation += step
         if not same:
@@ -294,10 +305,22 @@ class DeviceClock:
             self._repeated.moved(stamp, position, 1, True)
         self._time += age * self._ratio
         self._last, self._position = stamp, position
-        self.ticks = self._begun.add(stamp)
-        if self.ticks is not None:
-            self.unit = self.ticks.period * self._ratio
+        if not same:
+            self._readings.add(0.0, 0.0, stamp, self._time, position)
+        self.ticks = ticks = self._begun.add(stamp)
+        if ticks is not None:
+            self.unit = ticks.period * self._ratio
+            self._count_first(ticks)
         return Placed(self._time, self._time, 1.0 / self._ratio, 0.0, None)
+
+    def _count_first(self, ticks: TickCounter) -> None:
+        """Put the readings so far on the first ticks."""
+        readings, phase, period = self._readings, ticks.phase, ticks.period
+        rows = [readings.at(i) for i in range(readings.number())]
+        for i, (k, (*_, stamp, time)) in enumerate(zip(
+                count_by(phase, period, [row[2] for row in rows], 0), rows)):
+            readings.place(i, k, stamp - phase - k * period, time)
+        self._tick, self._deviation = 0.0, self._last - phase
 
     def begin_anew(self) -> list[tuple[float, Row]] | None:
         """Go by the stamps, since the ticks are not what they were; count anew."""
@@ -309,7 +332,7 @@ class DeviceClock:
         self._contrary = 0
         self._readings.clear()
         self._shares = StampShare()
-        self._rest, self._due, self._patience = 8, 0.0, 1.0
+        self._rest, self._wait, self._patience = 8, 0.0, 1.0
         return replay
 
     # ---- what the joints say
@@ -332,7 +355,7 @@ class DeviceClock:
             if share is not None:
                 self.share = share
                 if not self.proven and share < 0.5:
-                    replay = readings.by_ticks(
+                    replay = self._search() or readings.by_ticks(
                         self._time, self.unit, share * self.unit / ticks.period)
                 self.proven = True
         blocks = self._shares.blocks
@@ -343,7 +366,8 @@ class DeviceClock:
             self._rest = 4
         else:
             self._rest = 8
-        if self.share > 0.2 and blocks >= self._due:
+        self._wait -= 1.0
+        if self.share > 0.2 and self._wait <= 0.0:
             replay = self._search() or replay
         return replay
 
@@ -366,19 +390,26 @@ class DeviceClock:
         if number < BLOCK:
             return None
         if number >= 30:        # a long window that tells nothing
-            self._due = self._shares.blocks + self._patience
+            self._wait = self._patience
             self._patience = min(1.5 * self._patience, 40.0)
         readings.drop(readings.number() - number)
         found = self._periods.search(ticks.deviation, ticks.period)
         if found is None or found[0] < ADOPT:
             return None
         _, numbers, at_zero, slope, deviation = found
+        move = dist(readings.position(number - 1), readings.position(0)) / numbers[-1]
+        if move < STEPS * self._repeated.quantum < inf:
+            return None     # what looks like ticks are the encoder's steps
         self.ticks = ticks = ticks.recounted(
             numbers, [readings.at(i)[2] for i in range(number)], at_zero, slope, deviation)
         period, last = ticks.period, numbers[-1]
         self.unit, self._ratio = period, 1.0
-        self.share, self.proven, self._wrong, self._foreseen = 0.0, True, 0.0, None
+        self.share, self.proven, self._wrong = 0.0, True, 0.0
         self._tick, self._ahead = last, self._last - ticks.phase
+        # The joints have told these ticks from others, and the rest of the messages from ticks.
+        self._foreseen = TOLD * move
+        for _ in range(round((self._last - readings.at(0)[2]) / self._spacing) - number + 1):
+            ticks.note(0)
         replay = []
         for i, k in enumerate(numbers):
             e = readings.at(i)[2] - (at_zero + slope * k)
@@ -386,7 +417,7 @@ class DeviceClock:
             readings.place(i, k, e, time)
             replay.append((time, readings.position(i)))
             self._deviation = e
-        self._shares, self._rest, self._due = StampShare(), 8, 0.0
+        self._shares, self._rest, self._wait = StampShare(), 8, 0.0
         return replay
 
     # ---- what it has found

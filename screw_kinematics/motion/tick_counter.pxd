@@ -22,6 +22,7 @@ cdef class TickCounter:
     @cython.locals(counter=TickCounter)
     cpdef TickCounter fresh(self, double stamp)
     cpdef bint usual(self)
+    cpdef double surprise(self, long d) except? -1.0
     @cython.locals(lateness=double, behind=double, early=double, late=double, cost=double,
                    surprise=double,
                    best=double, off=double, d=long, near=long, by_joints=long, found=long,

@@ -132,7 +132,9 @@ class TickCounter:
             if abs(d - near) > 1 and abs(d - by_joints) > 1 and d != 1:
                 continue
             late = lateness - d * period
-            if late > 0.0:
+            if d == 0:      # the same reading is sent again at any time before the next one
+                cost = min(max(late - period, 0.0) / behind, 8.0)
+            elif late > 0.0:
                 cost = min(late / behind, 8.0)
             else:       # a reader's stamps may all be late by as much as a tick
                 cost = late / early
@@ -140,10 +142,14 @@ class TickCounter:
             off = (x - d) * (x - d)
             cost += min(0.5 * off / (foreseen * foreseen),
                         surprise + 0.5 * off / (unforeseen * unforeseen), WRONG)
-            cost -= log(max(self.often.get(d, 0.0) / self.total, 0.005))
+            cost += self.surprise(d)
             if cost < best - 1e-9:
                 best, found = cost, d
         return found
+
+    def surprise(self, d: Ticks) -> float:
+        """Return the log odds against d ticks, as often as they have passed so far."""
+        return -log(max(self.often.get(d, 0.0) / self.total, 0.005))
 
     def note(self, d: Ticks) -> None:
         """Remember that d ticks have passed between two readings."""
@@ -216,7 +222,8 @@ class TickCounter:
     def _set_by(self, late: float) -> float:
         """Return by how much the stamps' clock seems to have been set, s."""
         recent = self._recent
-        tolerance = 0.1 * self.period + 4.0 * self.deviation
+        # Where a line through few stamps ends is not well known.
+        tolerance = 0.1 * self.period + 4.0 * self.deviation * (1.0 + 2.0 / sqrt(self.count))
         if late < -3.0 * tolerance - self.period:
             return late
         if late < -tolerance:                           # never early: at once
