@@ -16,11 +16,11 @@ from .comparison import Difference, table
 from .joint_table import JointTable, TableFormat
 from .recording import full_name, Recording
 from .sources import opened, Source, without_password
-from .states import recorded_robot, RecordedRobot, Run, StateBlock
+from .states import LEFT_OUT, recorded_robot, RecordedRobot, Run, StateBlock
 from .summary import CLASSES, class_of, MotionSummary, Summarizer
 from .unfinished import Unfinished
 from .writers import BagWriter, DataSetWriter, StateWriter, TablesWriter, values_of
-from ..errors import Reason, ScrewKinematicsError
+from ..errors import Reason, ScrewKinematicsError, ToolError
 from ..pipeline.outputs import KINDS, RECORDED
 from ..pipeline.settings import RobotSettings
 
@@ -102,8 +102,8 @@ class RobotOutcome:
         Joint samples, and states made of them.
     refused : dict of str to int
         Samples that were not used, by reason.
-    missing : list of str
-        Joints of which nothing came.
+    missing : str
+        Of which joints nothing came, and what came instead; empty if all came.
     period, longest_pause : float
         Median time between two samples, and the longest between two states [s].
     accuracy, signal : float
@@ -119,6 +119,8 @@ class RobotOutcome:
         Of what the node published with the states, as text.
     compared : int
         Messages that could be compared.
+    error : str
+        Why nothing could be made of this robot, beside others.
 
     """
 
@@ -128,7 +130,7 @@ class RobotOutcome:
     received: int = 0
     states: int = 0
     refused: dict[str, int] = field(default_factory=dict)
-    missing: list[str] = field(default_factory=list)
+    missing: str = ''
     period: float = float('nan')
     longest_pause: float = 0.0
     accuracy: float = float('nan')
@@ -138,6 +140,7 @@ class RobotOutcome:
     findings: list[str] = field(default_factory=list)
     comparison: str = ''
     compared: int = 0
+    error: str = ''
 
 
 @dataclass
@@ -209,12 +212,20 @@ def process(task: Task, run: Run = map,
         with opened(task.source.place, task.table) as recording, ExitStack() as stack:
             output = _Output(task, stack) if task.form else None
             for settings in task.robots:
-                robot = recorded_robot(recording, settings, task.namespace,
-                                       0 if task.stop_limit is None else 2)
-                outcome.robots.append(_process_robot(
-                    task, recording, robot, run, output,
-                    lambda done: progress(outcome.samples + done, _expected(recording))
-                    if progress else None))
+                robot = None
+                try:
+                    robot = recorded_robot(recording, settings, task.namespace,
+                                           0 if task.stop_limit is None else 2)
+                    outcome.robots.append(_process_robot(
+                        task, recording, robot, run, output,
+                        lambda done: progress(outcome.samples + done, _expected(recording))
+                        if progress else None))
+                except ToolError as error:      # as of a topic that was not recorded
+                    if robot is not None and robot.account.outputs:
+                        raise
+                    outcome.robots.append(_without_states(task, settings, str(error)))
+            if all(robot.error for robot in outcome.robots):
+                raise ToolError('; '.join(dict.fromkeys(r.error for r in outcome.robots)))
             if output is not None:
                 output.close()
             outcome.damage = list(recording.damage)
@@ -224,6 +235,12 @@ def process(task: Task, run: Run = map,
         outcome.error = str(error)
     outcome.seconds = time.perf_counter() - begin
     return outcome
+
+
+def _without_states(task: Task, settings: RobotSettings, error: str) -> RobotOutcome:
+    return RobotOutcome(
+        settings.name, [full_name(task.namespace, t) for t in settings.joint_states_topic],
+        [name for name in settings.outputs if name not in LEFT_OUT], error=error)
 
 
 class _Output:
@@ -270,7 +287,8 @@ def _process_robot(task: Task, recording: Recording | JointTable, robot: Recorde
     return RobotOutcome(
         robot.settings.name, list(robot.topics), list(robot.outputs), account.received,
         account.outputs, {str(reason): n for reason, n in sorted(account.refused.items()) if n},
-        robot.groups.missing(), robot.period, longest, *accuracy.result(),
+        robot.groups.describe_missing() if robot.groups.missing() else '', robot.period, longest,
+        *accuracy.result(),
         None if summarizer is None or not account.outputs else summarizer.summary,
         [*robot.findings, *(robot.sensor.findings(account.outputs) if robot.sensor else ())],
         table(differences) if differences else '', sum(d.compared for d in differences))
@@ -319,10 +337,12 @@ def explanation(robot: RobotOutcome, settings: RobotSettings) -> str:
     """Return why there are no states of a robot, and what to do; empty if there are."""
     if robot.states:
         return ''
+    if robot.error:
+        return robot.error
     if not robot.received:
         return f'no joint samples came on {", ".join(robot.topics)}'
     if robot.missing:
-        return f'nobody publishes {", ".join(robot.missing)}'
+        return robot.missing
     short = robot.refused.get(Reason.RUN_TOO_SHORT, 0)
     if short > 0.5 * robot.received:
         gap = settings.motion.options['max_gap']

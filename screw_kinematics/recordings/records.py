@@ -21,7 +21,7 @@ from ..models.uri import local_path
 FOLDER = '_done'
 """Within the outputs; readers of data sets pass over names that begin so."""
 
-_VERSION = 2    # of the results: another one does everything again
+_VERSION = 3    # of the results: another one does everything again
 
 
 def done_before(task: Task) -> Outcome | None:

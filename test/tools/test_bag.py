@@ -266,6 +266,34 @@ def test_compare_with_what_the_node_published(tmp_path, capsys):
         assert linear == pytest.approx(np.sqrt(error[:, 3:].sum(axis=1).mean()), rel=0.2)
 
 
+def test_robots_of_other_topics_are_done_where_one_was_not_recorded(run, tmp_path, capsys):
+    params = tmp_path / 'params.yaml'
+    params.write_text(f"""
+/**:
+  ros__parameters:
+    robots: [one, left]
+    one: {{description: {PUMA}}}
+    left: {{description: {PUMA}, joint_states_topic: left/joint_states}}
+""")
+    arguments = [str(run), '--params-file', str(params), '--report', str(tmp_path / 'page.html'),
+                 '--output', str(tmp_path / 'out')]
+    assert bag.main(arguments) == 1
+    printed = capsys.readouterr()
+    assert '1000 joint samples on /joint_states, 1000 states' in printed.out
+    told = f'{run}: no joint states on /left/joint_states; topics of that type: /joint_states'
+    assert printed.err == f'bag: left: no state: {told}\n'
+    assert told in (tmp_path / 'page.html').read_text()
+    assert set(rec.read_bag(tmp_path / 'out')) == {'/one/twist', '/one/accel'}
+    params.write_text(params.read_text().replace('left/joint', 'right/joint'))
+    assert bag.main([*arguments, '--force', '--format', 'dataset']) == 1
+
+
+def test_joints_that_nobody_publishes_and_what_is_published(run, tmp_path, capsys):
+    other = str(rec.ROBOTS / 'panda.yaml')
+    assert bag.main([str(run), '--robot', other, '--output', str(tmp_path / 'out')]) == 1
+    assert re.search(r'no joint states of .*; there are some of ', capsys.readouterr().err)
+
+
 def test_nothing_to_compare_is_a_finding(run):
     assert bag.main([str(run), '--robot', PUMA, '--compare']) == 1
 

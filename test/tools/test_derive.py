@@ -126,6 +126,24 @@ def test_c_without_some_inputs_has_no_warning_either(tmp_path):
     assert run.returncode == 0, run.stderr
 
 
+@pytest.mark.parametrize('there', ['rpr.c', 'rpr.h'])
+def test_what_is_there_is_only_overwritten_by_force(there, tmp_path, capsys):
+    (tmp_path / there).write_text('mine')
+    arguments = [RPR, '--format', 'c', '--quantity', 'pose', '--output', str(tmp_path / 'rpr.c')]
+    assert derive.main(arguments) == console.FAILED
+    assert f'{tmp_path / there} exists already; choose another output, or --force\n' in (
+        capsys.readouterr().err)
+    assert [file.name for file in tmp_path.iterdir()] == [there]
+    assert derive.main([*arguments, '--force']) == console.OK
+    assert 'mine' not in (tmp_path / there).read_text()
+
+
+def test_a_header_does_not_take_the_place_of_its_source(tmp_path, capsys):
+    assert derive.main([RPR, '--format', 'c', '--quantity', 'pose', '--output',
+                        str(tmp_path / 'rpr.h')]) == console.FAILED
+    assert 'allowed: the source, as FILE.c' in capsys.readouterr().err
+
+
 def test_straight_line_text_is_the_function(capsys):
     assert derive.main([RPR, '--quantity', 'twist', '--form', 'straight']) == console.OK
     assert capsys.readouterr().out.startswith('def rpr(q, qd):')

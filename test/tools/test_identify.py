@@ -144,6 +144,7 @@ def test_what_motion_would_tell_more_is_said(robot, tmp_path, capsys):
 @pytest.mark.parametrize('options, more, message', [
     ({'frame': 'hand'}, [], r"got 'hand'.*as the link of /ft; name the sensor's link by --frame"),
     ({}, ['--frame', 'nowhere'], r"got 'nowhere'.*allowed: a link"),
+    ({}, ['--tip', 'nowhere'], r"got 'nowhere'.*allowed: a link"),
     ({'shift': 100.0}, [], r'0 of 3200 wrenches were measured while joint states came; allowed: '
      r'at least 100 \(do they overlap in time\?\)'),
     ({'still': True}, [], 'nothing moves while wrenches are measured'),

@@ -103,7 +103,7 @@ def _fleet(name: str, robots: Sequence[tuple[Outcome, RobotOutcome]]) -> Iterato
 def _recording(outcome: Outcome, open_it: bool) -> Iterator[str]:
     yield (f'<details{" open" if open_it else ""}><summary>{escape(outcome.name)}</summary>'
            f'<p>{escape(outcome.place)}, {outcome.size / 1e6:.1f} MB</p>')
-    for fault in (outcome.error, *outcome.damage):
+    for fault in (outcome.error, *outcome.damage, *(robot.error for robot in outcome.robots)):
         if fault:
             yield f'<p class="fault">{escape(fault)}</p>'
     for robot in outcome.robots:

@@ -19,6 +19,7 @@ from .parallel import parallel_files
 from .request import function_name, Request
 from .serial import serial_files
 from .. import console, robot_options
+from ...errors import ParameterError, ToolError
 from ...parallel import ParallelManipulator
 from ...programs.quantities import find_quantity, NAMES
 from ...screws.reference import FRAMES
@@ -65,12 +66,14 @@ def main(argv: Sequence[str] | None = None) -> int:
                                         '(default: that of the robot)')
     options.add_argument('--output', type=Path, metavar='FILE',
                          help='write here; C: also the header beside it')
+    options.add_argument('--force', action='store_true', help='overwrite what is there')
     return console.run(_derive, options, argv)
 
 
 def _derive(arguments: argparse.Namespace) -> int:
     code = arguments.format in ('python', 'c')
     form = arguments.form or ('straight' if code else 'closed')
+    _check_output(arguments)
     robot = robot_options.load(arguments, symbolic=not code and form == 'closed')
     quantities = tuple(find_quantity(name.strip()) for name in arguments.quantity.split(','))
     order = max(quantity.order for quantity in quantities)
@@ -94,6 +97,20 @@ def _derive(arguments: argparse.Namespace) -> int:
         _say(f'{size / 1000:.0f} kB; --form straight gives named terms instead')
     _write(files, request.function, arguments.output)
     return console.OK
+
+
+def _check_output(arguments: argparse.Namespace) -> None:
+    output: Path | None = arguments.output
+    if output is None:
+        return
+    if arguments.format == 'c' and output.suffix == '.h':
+        raise ParameterError('output', str(output), 'the source, as FILE.c; the header is put '
+                             'beside it')
+    if arguments.force:
+        return
+    for file in (output, output.with_suffix('.h')) if arguments.format == 'c' else (output,):
+        if file.exists():
+            raise ToolError(f'{file} exists already; choose another output, or --force')
 
 
 def _say(text: str) -> None:

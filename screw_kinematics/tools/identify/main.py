@@ -50,7 +50,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     live_recording.add_options(payload)
     payload.add_argument('--wrench', required=True, metavar='TOPIC',
                          help='geometry_msgs/WrenchStamped of the sensor')
-    payload.add_argument('--frame', metavar='LINK',
+    payload.add_argument('--frame', '--tip', metavar='LINK',
                          help="the sensor's link (default: frame_id of its messages)")
     settings_options.add_options(payload, tip=False)
     payload.add_argument('--name', metavar='NAME', help='of the robot in the parameters '

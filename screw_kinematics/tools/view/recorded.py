@@ -110,9 +110,8 @@ def _doubts(recording: Recording | JointTable, robot: RecordedRobot) -> Iterator
     yield from robot.model.warnings
     yield from robot.findings
     yield from getattr(recording, 'damage', ())
-    missing = robot.groups.missing()
-    if missing:
-        yield f'nobody publishes {", ".join(missing)}'
+    if robot.groups.missing():
+        yield robot.groups.describe_missing()
     for reason, count in robot.account.refused.items():
         if count:
             yield f'{count} of {robot.account.received} samples not used: {reason}'
