@@ -150,7 +150,7 @@ class RobotStatus:
         faults = pipeline.faults(publishers)
         if 0 < new <= new_faults:
             return ERROR, '; '.join(
-                [f'every message is refused: {_most_frequent(robot)}', *faults])
+                [f'every message is refused: {_most_frequent(robot, publishers)}', *faults])
         if new and faults:
             return WARN, '; '.join(faults)
         base = pipeline.base
@@ -163,7 +163,7 @@ class RobotStatus:
             nothing = len(missing) == len(pipeline.joint_names)
             return (STALE if nothing else WARN), pipeline.describe_missing()
         if new_faults > 0:
-            return WARN, f'{new_faults} messages refused: {_most_frequent(robot)}'
+            return WARN, f'{new_faults} messages refused: {_most_frequent(robot, publishers)}'
         if not robot.publishers.wanted:
             return OK, 'ready; nobody listens'
         complaints = [text for tip in robot.publishers.sensors if robot.wants_wrench(tip)
@@ -225,9 +225,11 @@ def faults_of(robot: Robot) -> Counter[Reason]:
                     if reason not in HARMLESS})
 
 
-def _most_frequent(robot: Robot) -> str:
+def _most_frequent(robot: Robot, publishers: int) -> str:
     reason = faults_of(robot).most_common(1)[0][0]
     detail = robot.account.details.get(reason) or ADVICE.get(reason, '')
+    if reason is Reason.STAMP_NOT_INCREASING and publishers > 1:
+        detail = f'the topic has {publishers} publishers'
     return f'{reason} ({detail})' if detail else str(reason)
 
 

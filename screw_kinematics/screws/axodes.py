@@ -14,10 +14,12 @@ O. Bottema, B. Roth, "Theoretical kinematics", 1979, chapter VI.
 """
 from __future__ import annotations
 
+import reprlib
 from typing import NamedTuple
 
 from .body_state import BodyState
 from .screw import Screw, screw_of_twist
+from ..errors import InvalidValueError
 
 __all__ = ['Axodes', 'axodes']
 
@@ -59,7 +61,7 @@ def axodes(motion: BodyState) -> Axodes:
     Raises
     ------
     InvalidValueError
-        The state holds no velocity, or one that is not finite.
+        It is no state of a body, holds no velocity, or one that is not finite.
 
     Examples
     --------
@@ -73,5 +75,7 @@ def axodes(motion: BodyState) -> Axodes:
     (array([0., 0., 0.]), array([ 0. , -0.5,  0. ]))
 
     """
+    if not isinstance(motion, BodyState):
+        raise InvalidValueError(f'motion must be a BodyState, got {reprlib.repr(motion)}')
     return Axodes(screw_of_twist(motion.about('base').expressed_in('base').velocity),
                   screw_of_twist(motion.about('tip').expressed_in('tip').velocity))

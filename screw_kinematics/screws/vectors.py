@@ -77,6 +77,9 @@ def checked_array(name: str, value: Any, shape: tuple[Any, ...]) -> Array:
         names = ['...' if n is ... else 'N' if n is None else str(n) for n in shape]
         raise ShapeError(name, f'({", ".join(names)}{"," if len(names) == 1 else ""})',
                          array.shape)
+    if array.dtype == object and not all(hasattr(entry, '__sub__') for entry in array.flat):
+        # None, or a dictionary.
+        raise InvalidValueError(f'{name} must be numbers, got {array.tolist()!r}')
     return array
 
 

@@ -149,6 +149,8 @@ def test_wrong_arguments_are_refused():
     (lambda c, q: c.screws(q, pole=[1, 2]), r'pole: expected shape \(\.\.\., 3\)'),
     (lambda c, q: c.pose([True] * 3), 'q of .*must be numbers'),
     (lambda c, q: c.pose([1j] * 3), 'q of .*must be numbers'),
+    (lambda c, q: c.state([None] * 3), 'q of .*must be numbers'),
+    (lambda c, q: c.jacobian([{}] * 3), 'q of .*must be numbers'),
     (lambda c, q: c.compile()(q[0], q[0], ['a'] * 3), 'qdd must be numbers'),
     (lambda c, q: SerialChain([1]), 'made of Joint objects, got 1'),
     (lambda c, q: Joint('a', 'helical', (0, 0, 1), pitch='x'), "joint 'a': pitch must be numbers"),

@@ -245,6 +245,22 @@ def test_publishers_of_joint_states_are_counted(rig):
     rig.wait_for_value('node', '/unstamped publishers', 1)
 
 
+def test_two_publishers_of_the_same_are_named(rig):
+    """As where a driver and a relay send the same joint states."""
+    first, second = rig.publisher('level'), rig.node.create_publisher(JointState, 'level', 10)
+    stamp, (q, qd) = rig.node.get_clock().now().nanoseconds, smooth_motion(6, 0.0)
+
+    def reported():
+        nonlocal stamp
+        stamp += MS
+        for publisher in (first, second):
+            publisher.publish(joint_state(JOINTS, stamp, q, qd))
+        rig.spin(0.004)
+        return 'stamp_not_increasing (the topic has 2 publishers)' in rig.status('level')[1]
+    rig.wait(reported)
+    rig.node.destroy_publisher(second)
+
+
 def test_silence_is_told_and_nothing_is_repeated(rig):
     publisher = rig.publisher('gone')
     q, qd = smooth_motion(6, 0.0)

@@ -4,6 +4,7 @@
 import numpy as np
 import pytest
 
+from screw_kinematics.errors import InvalidValueError
 from screw_kinematics.screws import axodes, lines, se3
 from support import robots
 
@@ -52,3 +53,8 @@ def test_the_axodes_of_a_screw_joint_are_its_axis():
     np.testing.assert_allclose(fixed.pitch, chain.joints[0].pitch, rtol=1e-12)
     np.testing.assert_allclose(np.ptp(fixed.point, axis=0), 0, atol=1e-12)
     np.testing.assert_allclose(np.ptp(moving.point, axis=0), 0, atol=1e-12)
+
+
+def test_what_is_no_motion_is_named():
+    with pytest.raises(InvalidValueError, match=r'motion must be a BodyState, got \[\]'):
+        axodes([])

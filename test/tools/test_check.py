@@ -76,6 +76,10 @@ def repeated_stamps(k, sample):
     sample[0] -= (k % 2) * 5_000_000
 
 
+def played_in_a_loop(k, sample):
+    sample[0] -= k // 200 * 1_000_000_000
+
+
 def pause(k, sample):
     sample[0] += (k > 300) * 1_500_000_000
 
@@ -96,6 +100,7 @@ def wrong_length(k, sample):
     (missing_joint, 1, r'nobody publishes q6'),
     (zero_stamps, 0, r'stamps are zero; 200.0 messages a second'),
     (repeated_stamps, 0, r'300 stamps repeat the one before'),
+    (played_in_a_loop, 1, r'stamps go back 2 times, by up to 1.00 s: a recording that was played'),
     (pause, 0, r'1 pauses longer than 0.25 s, the longest 1.5\d s'),
     (not_finite, 1, r'6 messages have positions that are not finite'),
     (wrong_length, 1, r'3 messages have another number of positions than of names \(6\)'),

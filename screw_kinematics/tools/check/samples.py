@@ -15,6 +15,8 @@ from ...screws.se3 import Array
 
 # A pause after which the node's estimators start anew, by default [s].
 _PAUSE = 0.25
+# Stamps that go back by more begin anew, too [s].
+_BACK = 0.5
 _LATE = 0.1
 _LEAST = 20
 
@@ -108,10 +110,16 @@ def _report_stamps(label: str, stream: JointStream) -> Iterator[Finding]:
     spread = float(np.percentile(np.abs(ahead - period), 95))
     yield Finding(FACT, f'{label}: {1 / period:.1f} Hz, 95 % of the periods within '
                         f'{1e3 * spread:.2f} ms of {1e3 * period:.2f} ms')
+    again = steps < -_BACK
     for count, what in ((int((steps == 0).sum()), 'stamps repeat the one before'),
-                        (int((steps < 0).sum()), 'stamps go back in time')):
+                        (int(((steps < 0) & ~again).sum()), 'stamps go back in time')):
         if count:
             yield Finding(REMARK, f'{label}: {count} {what}', 'these samples are refused')
+    if again.any():
+        yield Finding(REMARK, f'{label}: stamps go back {int(again.sum())} times, by up to '
+                              f'{-steps.min():.2f} s: a recording that was played again, or a '
+                              'clock that was set',
+                      'the estimator starts anew after each')
     pauses = ahead[ahead > _PAUSE]
     if len(pauses):
         yield Finding(REMARK, f'{label}: {len(pauses)} pauses longer than {_PAUSE} s, the '
@@ -120,6 +128,8 @@ def _report_stamps(label: str, stream: JointStream) -> Iterator[Finding]:
                       'driver is meant to pause')
     if (arrivals < 0.2 * period).mean() > 0.2:
         yield Finding(REMARK, f'{label}: messages come in bursts')
+    if again.any():
+        return      # the age of what is played again tells nothing
     age = (received - stamps) * 1e-9
     late = float(np.median(age))
     if late < -1e-3:
