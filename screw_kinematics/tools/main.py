@@ -38,14 +38,14 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _run(argv: Sequence[str] | None) -> int:
-    words = without_ros_arguments(sys.argv[1:] if argv is None else argv)
+    words = list(sys.argv[1:] if argv is None else argv)
     names = tool_names()
     options = _parser(names)
     if console.COMPLETING in os.environ:
         _complete(options, names)
     if words[:1] and words[0] in names:
         return int(import_module(f'{__package__}.{words[0]}.main').main(words[1:]))
-    arguments = options.parse_args(words)
+    arguments = options.parse_args(without_ros_arguments(words))
     if arguments.completion is None:
         options.error(f'which tool? {", ".join(names)}')
     from argcomplete import shellcode

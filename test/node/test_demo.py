@@ -132,6 +132,18 @@ def test_wrong_names_of_the_source_are_one_line(capsys, options, message):
     assert error.count('\n') == 1 and message in error
 
 
+@pytest.mark.parametrize('words, message', [
+    (['-p', 'use_sim_time:=abc'], "Trying to set parameter 'use_sim_time' to 'abc'"),
+    (['-r', 'bad'], "Couldn't parse remap rule: '-r bad'"),
+])
+def test_the_source_gets_the_arguments_of_ros_by_the_one_command(words, message):
+    """Those that are wrong are told; those that are right were passed over, too."""
+    found = subprocess.run(
+        [sys.executable, '-m', 'screw_kinematics.tools.main', 'joint_state_source', '--ros-args',
+         *words], capture_output=True, text=True, timeout=LIMIT)
+    assert found.returncode == 2 and message in found.stderr.splitlines()[-1]
+
+
 def test_without_ros_the_extra_is_named():
     run = subprocess.run(
         [sys.executable, '-c', 'import sys; sys.modules["rclpy"] = None\n'

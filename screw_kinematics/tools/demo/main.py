@@ -45,12 +45,10 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run the tool; see ``demo --help``."""
     options = console.parser('demo', __doc__ or '', EXAMPLES)
     stage.add_options(options)
-    options.add_argument('--duration', type=float, metavar='SECONDS',
-                         help='end after this time (default: at Ctrl-C)')
     options.add_argument('--once', action='store_true',
                          help='print one state, measured and exact, and exit')
     options.add_argument('--view', action='store_true', help='show it in the browser')
-    add_page_options(options)
+    add_page_options(options, '--duration')
     return console.run(demonstrate, options, argv)
 
 
@@ -66,7 +64,6 @@ def demonstrate(arguments: argparse.Namespace) -> int:
     """
     played = stage.Stage(arguments)
     if arguments.view:
-        arguments.seconds = float('inf') if arguments.duration is None else arguments.duration
         with StopRequest() as stop:
             show_stage(arguments, played, stop)
         return console.OK
@@ -127,9 +124,8 @@ class _Watch(Listener):
         return stamp_of(self.streams[self._outputs[0]].message()) * 1e-9
 
     def show_all(self) -> None:
-        """Show states until the duration is over or a signal comes."""
-        duration = self._arguments.duration
-        end = time.monotonic() + duration if duration is not None else float('inf')
+        """Show states until the time is over or a signal comes."""
+        end = time.monotonic() + self._arguments.seconds
         interactive = self._terminal.is_terminal
         # Ctrl-C is how a live view is left; before there is one it is an interruption.
         with Live(console=self._terminal, auto_refresh=False) as live, \

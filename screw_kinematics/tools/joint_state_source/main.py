@@ -14,7 +14,7 @@ from .. import console, robot_options
 from ..listener import check_names
 from ..reference_motions import MOTIONS
 from ..stamping import help_text, stampings, WAYS
-from ...errors import MissingExtraError, ParameterError
+from ...errors import InvalidValueError, MissingExtraError, ParameterError
 from ...node.main import initialise
 from ...node.stop_request import StopRequest
 
@@ -70,6 +70,7 @@ def publish(arguments: argparse.Namespace, ros_arguments: Sequence[str] = ()) ->
     """
     try:
         import rclpy
+        from rclpy.exceptions import ParameterException
         from sensor_msgs.msg import JointState
     except ImportError:
         raise MissingExtraError('rclpy', 'ros', 'publishing joint states') from None
@@ -81,7 +82,10 @@ def publish(arguments: argparse.Namespace, ros_arguments: Sequence[str] = ()) ->
     motion = robot_options.motion(robot, arguments.motion)
     initialise(['joint_state_source', *ros_arguments])
     try:
-        node = rclpy.create_node('joint_state_source', namespace=arguments.namespace)
+        try:
+            node = rclpy.create_node('joint_state_source', namespace=arguments.namespace)
+        except ParameterException as error:
+            raise InvalidValueError(str(error)) from None
         publisher = node.create_publisher(JointState, arguments.topic, 10)
         message = JointState(name=list(robot.joint_names))
         simulated = node.get_parameter('use_sim_time').value

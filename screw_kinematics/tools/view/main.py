@@ -62,12 +62,12 @@ def main(argv: Sequence[str] | None = None) -> int:
     return console.run(_view, options, argv)
 
 
-def add_page_options(options: argparse.ArgumentParser) -> None:
-    """Add where the page is, and how long."""
+def add_page_options(options: argparse.ArgumentParser, *names: str) -> None:
+    """Add where the page is, and how long, which may have other names beside."""
     options.add_argument('--host', default='127.0.0.1', help='address that the page answers at '
                          '(default: 127.0.0.1, this machine only; 0.0.0.0: everybody)')
     options.add_argument('--port', type=int, default=8080, help='default: 8080')
-    options.add_argument('--seconds', type=float, default=float('inf'), metavar='S',
+    options.add_argument('--seconds', *names, type=float, default=float('inf'), metavar='S',
                          help='end after this time (default: at Ctrl-C)')
 
 
