@@ -243,7 +243,7 @@ def test_a_recording_is_shown_as_it_was(recording):
 
 def test_rerun_files(recording, tmp_path):
     pytest.importorskip('rerun')
-    output = tmp_path / 'run.rrd'
+    output = tmp_path / 'new' / 'folder' / 'run.rrd'
     arguments = [str(recording), '--robot', robot_options.PUMA, '--output', str(output)]
     assert view.main(arguments) == 0
     assert output.read_bytes()[:4] == b'RRF2' and output.stat().st_size > 50_000
@@ -253,6 +253,7 @@ def test_rerun_files(recording, tmp_path):
 @pytest.mark.parametrize('arguments, message', [
     ([], 'one of a recording, --live and --demo'),
     (['run', '--demo'], 'one of a recording, --live and --demo'),
+    (['--demo', '--output', 'run.rrd'], "'output' is 'run.rrd'; allowed: with a recording"),
     (['nowhere', '--robot', robot_options.PUMA], 'nowhere: no recording there')])
 def test_errors_are_one_line(capsys, arguments, message):
     assert view.main(arguments) == 2

@@ -58,7 +58,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     options.set_defaults(robot=None, namespace=None)
     add_page_options(options)
     options.add_argument('--output', type=Path, metavar='FILE.rrd',
-                         help='write a Rerun file instead of opening a page')
+                         help='of a recording: write a Rerun file, open no page')
     return console.run(_view, options, argv)
 
 
@@ -76,6 +76,8 @@ def _view(arguments: argparse.Namespace) -> int:
     if sum(sources) != 1:
         raise ParameterError('recording', arguments.recording,
                              'one of a recording, --live and --demo')
+    if arguments.output is not None and not arguments.recording:
+        raise ParameterError('output', str(arguments.output), 'with a recording')
     if arguments.demo:
         arguments.robot = arguments.robot or robot_options.PUMA
         arguments.namespace = arguments.namespace or stage.own_namespace()

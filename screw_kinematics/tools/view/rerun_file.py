@@ -40,6 +40,7 @@ def write_rerun(path: Path, motions: Sequence[ShownMotion]) -> None:
         raise MissingExtraError('rerun-sdk', 'rerun', 'writing Rerun files') from None
     if path.suffix != '.rrd' or path.exists():
         raise ToolError(f'{path}: allowed: a new file ending in .rrd')
+    path.parent.mkdir(parents=True, exist_ok=True)
     with rr.RecordingStream('screw_kinematics') as stream:
         stream.save(path)
         stream.log('/', rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
