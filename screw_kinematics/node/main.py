@@ -94,8 +94,8 @@ def end_at_once(before: Before) -> NoReturn:
     Destroy the node and end the process, without taking the middleware apart.
 
     Where its ports had been deleted, 2 of some 50 processes ended with a segmentation fault: Fast
-    DDS 2.14, as it closes a port (SharedMemChannelResource::release), locks what is mapped no more,
-    perhaps since another thread is making the port anew.
+    DDS 2.14, as it closes a port (SharedMemChannelResource::release), locks what is mapped no
+    more, perhaps since another thread is making the port anew.
     """
     before.node.destroy_node()
     sys.stdout.flush()

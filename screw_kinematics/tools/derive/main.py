@@ -109,7 +109,7 @@ def _check_output(arguments: argparse.Namespace) -> None:
     if arguments.force:
         return
     for file in (output, output.with_suffix('.h')) if arguments.format == 'c' else (output,):
-        if file.exists():
+        if file.is_file():
             raise ToolError(f'{file} exists already; choose another output, or --force')
 
 
