@@ -275,14 +275,15 @@ def test_robots_of_other_topics_are_done_where_one_was_not_recorded(run, tmp_pat
     one: {{description: {PUMA}}}
     left: {{description: {PUMA}, joint_states_topic: left/joint_states}}
 """)
-    arguments = [str(run), '--params-file', str(params), '--report', str(tmp_path / 'page.html'),
+    page = tmp_path / 'new' / 'page.html'
+    arguments = [str(run), '--params-file', str(params), '--report', str(page),
                  '--output', str(tmp_path / 'out')]
     assert bag.main(arguments) == 1
     printed = capsys.readouterr()
     assert '1000 joint samples on /joint_states, 1000 states' in printed.out
     told = f'{run}: no joint states on /left/joint_states; topics of that type: /joint_states'
     assert printed.err == f'bag: left: no state: {told}\n'
-    assert told in (tmp_path / 'page.html').read_text()
+    assert told in page.read_text()
     assert set(rec.read_bag(tmp_path / 'out')) == {'/one/twist', '/one/accel'}
     params.write_text(params.read_text().replace('left/joint', 'right/joint'))
     assert bag.main([*arguments, '--force', '--format', 'dataset']) == 1

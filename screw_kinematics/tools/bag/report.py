@@ -50,6 +50,7 @@ def write_report(path: Path, outcomes: Sequence[Outcome], stop_limit: float) -> 
     """
     page = ''.join(_page(outcomes, stop_limit))
     unfinished = path.with_name(f'.{path.name}.unfinished')
+    path.parent.mkdir(parents=True, exist_ok=True)
     unfinished.write_text(page, encoding='utf-8')
     os.replace(unfinished, path)
 
