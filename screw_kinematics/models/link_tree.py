@@ -71,11 +71,14 @@ class LinkTree:
             self._children[edge.parent].append(edge.child)
         self.root = self._only_root()
 
+    def below(self, top: str) -> list[str]:
+        """Return a link and all below it, in the order of the document."""
+        found = self._below(self.link('base frame', top))
+        return [link for link in self._children if link in found]
+
     def leaves(self, top: str) -> list[str]:
         """Return the links without children below a link, in the order of the document."""
-        below = self._below(self.link('base frame', top))
-        return [link for link, children in self._children.items()
-                if not children and link in below]
+        return [link for link in self.below(top) if not self._children[link]]
 
     def link(self, role: str, name: str) -> str:
         """Return a link's name, after checking that it exists."""

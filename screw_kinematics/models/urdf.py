@@ -94,8 +94,7 @@ def load_urdf(text: str | bytes, base_frame: str | None = None, tip_frame: str |
 def _chain(source: str, document: RobotDocument, base_frame: str | None,
            tip_frame: str | None, warnings: Sequence[str]) -> SerialChain:
     joints = _Joints(source, document)
-    links = _link_names(source, document)
-    tree = LinkTree(source, links, joints.edges)
+    tree = LinkTree(source, _link_names(source, document), joints.edges)
     warnings = [*warnings, *_warnings(document)]
     if base_frame is None or tip_frame is None:
         _check_whole(source, document)
@@ -103,7 +102,7 @@ def _chain(source: str, document: RobotDocument, base_frame: str | None,
     tip = tip_frame
     if tip is None:
         leaves = tree.leaves(base)
-        tip = _only_leaf(source, leaves, base, links)
+        tip = _only_leaf(source, leaves, base, tree.below(base))
         if len(leaves) > 1:
             warnings.append(f'tip frame: {tip!r} is taken, of the leaf links {listed(leaves)}')
     path = tree.path(base, tip)
@@ -291,10 +290,10 @@ def _check_whole(source: str, document: RobotDocument) -> None:
                              f'{note.tag[:80]!r} with links or joints in it; {_EXPANDED}')
 
 
-def _only_leaf(source: str, leaves: Sequence[str], base: str, links: Sequence[str]) -> str:
+def _only_leaf(source: str, leaves: Sequence[str], base: str, below: Sequence[str]) -> str:
     """Return the tip frame that nobody named."""
     # With a gripper at it the flange is no leaf.
-    likely = [*(link for link in links if link.lower().endswith('tool0')),
+    likely = [*(link for link in below if link != base and link.lower().endswith('tool0')),
               *(leaf for name in _TIPS for leaf in leaves if re.search(name, leaf.lower()))]
     certain = [leaf for leaf in leaves if leaf.lower().endswith('tool0')]
     if len(leaves) > 1 and len(certain) != 1:

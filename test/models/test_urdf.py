@@ -230,6 +230,16 @@ def test_a_flange_that_holds_a_gripper_is_proposed():
         joint(f'to_{leaf}', 'tool0', leaf, 'fixed') for leaf in ('left', 'right')))
     with pytest.raises(ModelError, match="below it: 'left', 'right'; likely 'tool0'"):
         models.load_urdf(text)
+    with pytest.raises(ModelError, match="below it: 'left', 'right'$"):     # it is the base
+        models.load_urdf(text, base_frame='tool0')
+
+
+def test_the_flange_of_another_arm_is_not_proposed():
+    text = robot('world a l_tool0 x y b r_tool0', *(joint(f'to_{b}', a, b) for a, b in (
+        ('world', 'a'), ('a', 'l_tool0'), ('l_tool0', 'x'), ('l_tool0', 'y'), ('world', 'b'),
+        ('b', 'r_tool0'))))
+    with pytest.raises(ModelError, match="below it: 'x', 'y'; likely 'l_tool0'$"):
+        models.load_urdf(text, base_frame='a')
 
 
 LONG = robot('base ' + ' '.join(f'link_{i:02d}' for i in range(40)) + ' flange',
