@@ -129,9 +129,10 @@ def find_offset(joint_stamps: Array, stamps: Array, groups: Sequence[Channels]) 
             f'allowed: at least {_FEWEST} (do they overlap in time?)')
     at = stamps[inside]
     groups = [Channels(group.values[inside], group.features) for group in groups]
-    if not any((np.ptp(group.features, axis=0) > 1e-9).any() for group in groups):
+    telling = [group for group in groups if (np.ptp(group.features, axis=0) > 1e-9).any()]
+    if not telling:
         raise ToolError('nothing moves in the recording: an offset cannot be seen')
-    for group in groups:
+    for group in telling:       # what slides only never turns
         if not (np.ptp(group.values, axis=0) > 1e-12).any():
             raise ToolError('some of what the other stream measures never changes, but is always '
                             f'{group.values[0].tolist()}: is the sensor connected?')
@@ -155,7 +156,7 @@ def find_offset(joint_stamps: Array, stamps: Array, groups: Sequence[Channels]) 
     deviation = max(float(deviation), reach if reach > 2 * _GRID else 0.0)
     return ClockOffset(
         offset, deviation, drift, float(drift_deviation),
-        [1 - float((r**2).mean() / ((g.values - g.values.mean(axis=0))**2).mean())
+        [1 - float((r**2).mean() / max(((g.values - g.values.mean(axis=0))**2).mean(), 1e-24))
          for g, (_, r) in zip(groups, fits)],
         [r.std(axis=0) for _, r in fits], [b for b, _ in fits],
         max(int((at[-1] - at[0]) * 1e-9 / BLOCK) - 2, 1))

@@ -50,12 +50,12 @@ READERS: dict[str, Callable[[Any], list[float]]] = {
 
 def read_stream(recording: Recording, topic: str) -> Stream:
     """
-    Return what was recorded on a topic.
+    Return what was recorded on a topic, but for messages whose values are not all finite.
 
     Raises
     ------
     ToolError
-        There is nothing of a type that is understood.
+        There is nothing of a type that is understood, or no finite number.
 
     """
     kinds = {c.kind for c in recording.connections if c.topic == topic}
@@ -66,12 +66,19 @@ def read_stream(recording: Recording, topic: str) -> Stream:
                         f'{", ".join(READERS)}')
     kind = known.pop()
     deserialize = jazzy_types('reading messages').deserialize_cdr
-    stamps, values = [], []
+    stamps, values, refused = [], [], 0
     for message in recording.messages({kind}, {topic}):
         content = deserialize(message.data, kind)
+        row = READERS[kind](content)
+        if not np.isfinite(row).all():
+            refused += 1
+            continue
         stamp = content.header.stamp
         stamps.append(stamp.sec * 10**9 + stamp.nanosec)
-        values.append(READERS[kind](content))
+        values.append(row)
+    if refused and not values:
+        raise ToolError(f'{recording.path}: {topic}: none of its {refused} messages is of finite '
+                        'numbers')
     in_order, first = np.unique(np.array(stamps, dtype=np.int64), return_index=True)
     return Stream(kind, in_order, np.array(values)[first])
 

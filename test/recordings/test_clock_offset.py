@@ -134,11 +134,22 @@ def test_what_tells_nothing_is_said(joints):
         find_offset(joints.stamps, stream.stamps, stuck)
 
 
-def recorded(path, offset, seed=0, lost=lambda ns: False):
+def test_what_never_turns_tells_by_how_it_slides(joints):
+    """As of a gantry, whose simulated gyroscope is always zero."""
+    stream = measured(ODOMETRY, np.arange(0.003, 6, 0.01), 0.01, np.random.default_rng(0))
+    turning, sliding = channels(stream, joints)
+    still = Channels(np.zeros_like(turning.values), np.zeros_like(turning.features))
+    clock = find_offset(joints.stamps, stream.stamps, [still, sliding])
+    assert abs(clock.offset - 0.01) < 4 * clock.deviation
+    assert clock.shares[0] == 1.0 and clock.shares[1] > 0.9
+
+
+def recorded(path, offset, seed=0, lost=lambda ns: False, spoilt=slice(0)):
     """Write a bag of joint states and an IMU on the tip, some lost; return its path."""
     types = rec.TYPES.types
     vector, quaternion = types['geometry_msgs/msg/Vector3'], types['geometry_msgs/msg/Quaternion']
     stream = measured(IMU, np.arange(0.003, 8, 0.005), offset, np.random.default_rng(seed))
+    stream.values[spoilt, 1] = np.nan
     messages = list(rec.samples(1600))
     for stamp, row in zip(stream.stamps.tolist(), stream.values):
         message = types[IMU](rec.header(stamp, 'imu'), quaternion(0.0, 0.0, 0.0, 1.0),
@@ -178,6 +189,17 @@ def test_check_imu(offset, tmp_path, capsys):
     np.testing.assert_allclose(left, 0.1, rtol=0.1)
     assert check.main(['delay', str(path), '--robot', PUMA, '--against', 'imu/data']) == 0
     assert 'early' in capsys.readouterr().out or offset == 0
+
+
+def test_messages_that_are_not_finite_are_left_out(tmp_path, capsys):
+    arguments = ['--robot', PUMA, '--topic', '/imu/data']
+    path = recorded(tmp_path / 'some', 0.03, spoilt=slice(None, None, 10))
+    assert check.main(['imu', str(path), *arguments]) == 0
+    shown = re.search(r'\(offset ([+-][\d.]+) ms', capsys.readouterr().out)[1]
+    assert float(shown) == pytest.approx(30, abs=0.5)
+    path = recorded(tmp_path / 'all', 0.03, spoilt=slice(None))
+    assert check.main(['imu', str(path), *arguments]) == 2
+    assert '/imu/data: none of its 1600 messages is of finite numbers' in capsys.readouterr().err
 
 
 def test_what_was_correlated_is_drawn(tmp_path, capsys):
