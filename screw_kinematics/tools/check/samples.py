@@ -100,6 +100,7 @@ def _report_stamps(label: str, stream: JointStream) -> Iterator[Finding]:
         return
     if (stamps[1:] == 0).any():      # a table may begin at 0
         yield Finding(REMARK, f'{label}: {int((stamps == 0).sum())} stamps are zero')
+        stamps, received = stamps[stamps != 0], received[stamps != 0]
     steps = np.diff(stamps) * 1e-9
     ahead = steps[steps > 0]
     if len(ahead) < _LEAST // 2:
