@@ -105,7 +105,8 @@ class RobotOutcome:
     missing : str
         Of which joints nothing came, and what came instead; empty if all came.
     period, longest_pause : float
-        Median time between two samples, and the longest between two states [s].
+        Median time between two samples of the joints that come most seldom, and the longest
+        between two states [s].
     accuracy, signal : float
         RMS of the accelerations' expected errors, and of the accelerations, over the joints
         [rad/s^2, m/s^2]; NaN where they are not estimated.
@@ -344,8 +345,8 @@ def explanation(robot: RobotOutcome, settings: RobotSettings) -> str:
     if robot.missing:
         return robot.missing
     short = robot.refused.get(Reason.RUN_TOO_SHORT, 0)
-    if short > 0.5 * robot.received:
-        gap = settings.motion.options['max_gap']
+    gap = settings.motion.options['max_gap']
+    if short > 0.5 * robot.received or short and robot.period > gap:
         return (f'samples come every {robot.period:.3g} s, and pauses that exceed '
                 f'{settings.name}.estimator.max_gap ({gap:g} s) leave fewer than 8 of them in a '
                 f'row; raise it, or set {settings.name}.velocity_source: measured')

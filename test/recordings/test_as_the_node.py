@@ -84,6 +84,15 @@ def test_a_slow_recording_is_explained_and_leaves_nothing(rate, tmp_path, capsys
                      '--output', str(tmp_path / 'y.csv')]) == 0
 
 
+def test_joints_that_come_seldom_explain_why_there_are_no_states(tmp_path, capsys):
+    """As of a gripper that sends once a second, beside an arm."""
+    arm = rec.samples(1000, rate=200.0, joints=slice(0, 5))
+    gripper = rec.samples(5, rate=1.0, joints=slice(5, 6))
+    code, _ = states(tmp_path, sorted([*arm, *gripper], key=lambda m: m[2]), '')
+    assert code == 1
+    assert 'samples come every 1 s, and pauses that exceed' in capsys.readouterr().err
+
+
 def test_the_greatest_velocity_is_the_nodes(tmp_path, capsys):
     """A joint that turns at 30 rad/s: refused by default, as by the node."""
     def fast():
