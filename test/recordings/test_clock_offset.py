@@ -13,6 +13,7 @@ from screw_kinematics.recordings.link_motion import LinkMotion
 from screw_kinematics.recordings.motion_streams import channels, Stream
 from screw_kinematics.screws.rotations import rotation_rpy, rotation_vector
 from screw_kinematics.tools.check import main as check
+from screw_kinematics.tools.check.offset_picture import draw_offset
 from support import recordings as rec
 
 PUMA = str(rec.ROBOTS / 'puma560.yaml')
@@ -134,7 +135,7 @@ def test_what_tells_nothing_is_said(joints):
         find_offset(joints.stamps, stream.stamps, stuck)
 
 
-def test_what_never_turns_tells_by_how_it_slides(joints):
+def test_what_never_turns_tells_by_how_it_slides(joints, tmp_path):
     """As of a gantry, whose simulated gyroscope is always zero."""
     stream = measured(ODOMETRY, np.arange(0.003, 6, 0.01), 0.01, np.random.default_rng(0))
     turning, sliding = channels(stream, joints)
@@ -142,6 +143,10 @@ def test_what_never_turns_tells_by_how_it_slides(joints):
     clock = find_offset(joints.stamps, stream.stamps, [still, sliding])
     assert abs(clock.offset - 0.01) < 4 * clock.deviation
     assert clock.shares[0] == 1.0 and clock.shares[1] > 0.9
+    with pytest.importorskip('matplotlib').rc_context({'svg.fonttype': 'none'}):
+        draw_offset(tmp_path / 'clocks.svg', '/odom', stream, [still, sliding],
+                    ('turning', 'sliding'), joints, clock)
+    assert re.search('sliding, [xyz]', (tmp_path / 'clocks.svg').read_text())
 
 
 def recorded(path, offset, seed=0, lost=lambda ns: False, spoilt=slice(0)):

@@ -58,7 +58,9 @@ def draw_offset(path: Path, topic: str, stream: Stream, groups: Sequence[Channel
               title=f'{topic}: offset {1e3 * found.offset:+.3f} ms, 95 % between '
                     f'{1e3 * low:+.3f} and {1e3 * high:+.3f} ms')
     above.legend()
-    best = int(np.argmax(found.shares))
+    # What never changes is explained wholly, and tells nothing.
+    best = int(np.argmax([share * bool(np.ptp(group.values))
+                          for share, group in zip(found.shares, groups)]))
     _draw_signals(below, stream, groups[best], found.coefficients[best], link, found,
                   measured[best])
     figure.savefig(path, dpi=110)
