@@ -91,7 +91,9 @@ class Smoother:
         if sum(len(samples.columns) for samples in block) < n or not all(
                 part.own.any() for part in parts):
             return nothing
-        clock = max(parts, key=lambda part: int(part.own.sum()))
+        most = max(int(part.own.sum()) for part in parts)
+        # Of joints that come as often the same in all blocks, whatever their ends hold of each.
+        clock = next(part for part in parts if part.own.sum() >= 0.9 * most - 1)
         own = clock.own
         motion, together = np.empty((self.order + 1, int(own.sum()), n)), np.ones(own.sum(), bool)
         variances = np.empty((4, int(own.sum()), n))

@@ -142,6 +142,19 @@ def test_seams_of_blocks_do_not_show(run, tmp_path, monkeypatch):
     assert pieces < 1.2 * whole < 5e-3
 
 
+def test_joints_that_come_as_often_do_not_take_turns_at_seams(tmp_path, monkeypatch):
+    """Two drivers of one rate, nearly: states are at the instants of one of them throughout."""
+    monkeypatch.setattr(blocks, 'BLOCK', 131)
+    parts = [rec.samples(count, rate=rate, joints=joints) for count, rate, joints in (
+        (1000, 100.0, slice(0, 4)), (1003, 100.3, slice(4, 6)))]
+    path = rec.write_bag(tmp_path / 'run', sorted(
+        itertools.chain(*parts), key=lambda message: message[2]))
+    assert bag.main([str(path), '--robot', PUMA, '--processes', '1',
+                     '--output', str(tmp_path / 'states.csv')]) == 0
+    steps = np.diff(read_history(tmp_path / 'states.csv', ['accel']).time)
+    np.testing.assert_allclose(steps, 0.01, rtol=1e-5)
+
+
 def test_two_processes_give_what_one_gives(run, tmp_path, monkeypatch):
     monkeypatch.setattr(blocks, 'BLOCK', 300)
     tables = []
