@@ -2,14 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 cimport cython
 
+from libc.math cimport lrint as round       # as Python does: halves to even
+
+from .foresight cimport Foreseen, Foresight
 from .held_readings cimport HeldReadings
+from .joint_evidence cimport JointEvidence
 from .tick_counter cimport TickCounter
 from ..core.bank cimport Bank
-from ..core.period_search cimport PeriodSearch
-from ..core.readings cimport Readings
 
-cdef double JITTER, ADOPT, REGULAR, NOTHING, LONG, NEXT
-cdef long WINDOW, FAR, FEW_TICKS
+cdef double JITTER, TOLD, REGULAR, NOTHING
+cdef long MANY
 
 
 @cython.final
@@ -25,22 +27,40 @@ cdef class DeviceClock:
     cdef public double unit, share
     cdef public bint proven
     cdef public long held, fresh, lost
-    cdef Readings _readings
-    cdef PeriodSearch _periods
+    cdef JointEvidence _evidence
+    cdef Foresight _foresight
     cdef HeldReadings _repeated
-    cdef object _begun, _shares, _position, _foreseen
-    cdef double _first, _last, _time, _tick, _deviation, _ahead, _ratio, _patience, _wait
+    cdef object _begun, _position
+    cdef double _first, _last, _time, _ahead, _ratio
     cdef double _wrong, _heard, _messages, _spacing, _doubt
-    cdef long _new, _rest, _told, _contrary
+    cdef long _told, _contrary
     cdef bint _lossy
 
     cpdef start(self, double stamp, object position, DeviceClock known=*)
-    @cython.locals(
-        same=bint, ticks=TickCounter, period=double, unit=double, x=double, foreseen=double,
-        unforeseen=double, length=double, usual=double, near=long, span=double, told=bint,
-        age=double, d=long, off=double, step=double, agree=bint, before=bint, late=double,
-        steps=double, most=double, regular=bint, paced=bint, pause=bint, by_joints=bint,
-        onward=double)
+    @cython.locals(same=bint, ticks=TickCounter, near=long, foreseen=Foreseen, d=long,
+                   regular=bint, pause=bint)
     cpdef Placed update(self, double stamp, object position, Bank bank)
+    @cython.locals(steps=double)
+    cdef _hear(self, double stamp)
     @cython.locals(age=double)
     cdef Placed _begin(self, double stamp, object position, bint same)
+    @cython.locals(age=double)
+    cdef long _count(self, TickCounter ticks, double stamp, bint same, Foreseen foreseen,
+                     Bank bank) except -1
+    cdef bint _regular(self, TickCounter ticks) noexcept
+    @cython.locals(age=double)
+    cdef bint _pauses(self, TickCounter ticks, double stamp, Foreseen foreseen) noexcept
+    @cython.locals(age=double)
+    cdef Placed _hold(self, TickCounter ticks, double stamp)
+    cdef Placed _stand(self, TickCounter ticks, double stamp, object position, long d)
+    @cython.locals(period=double, unit=double, age=double, step=double, span=double, most=double,
+                   agree=bint, onward=double, late=double, off=double)
+    cdef _place(self, TickCounter ticks, double stamp, object position, bint same, long d,
+                bint by_stamps, Foreseen foreseen)
+    @cython.locals(vague=bint)
+    cdef double _advance(self, TickCounter ticks, double stamp, long d, bint agree,
+                         Foreseen foreseen) except? -1e300
+    @cython.locals(ticks=TickCounter, held=bint)
+    cdef object _ask_joints(self)
+    @cython.locals(ticks=TickCounter)
+    cdef object _recount(self)

@@ -11,8 +11,9 @@ from typing import Any
 
 from .admission import Admission
 from .bank_covariance import BankCovariance
-from .device_clock import DeviceClock, Placed, UNFORESEEN
+from .device_clock import DeviceClock, Placed
 from .filter_bank import make_bank
+from .foresight import UNFORESEEN
 from .joint_estimator import JointEstimator, listed
 from .joint_motion import JointMotion
 from .numbers import Row
