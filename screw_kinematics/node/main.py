@@ -85,7 +85,7 @@ def run(args: list[str], stop: StopRequest) -> None:
             stop.again = False
     finally:
         if before is not None:
-            before.node.leave()
+            before.end()
         rclpy.try_shutdown()
 
 

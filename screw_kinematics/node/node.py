@@ -60,6 +60,11 @@ class Before:
     diagnostics: Diagnostics
     node: KinematicStatePublisher
 
+    def end(self) -> None:
+        """Let go all work and leave the middleware: no other node takes the place of this one."""
+        self.worker.close()
+        self.node.leave()
+
 
 class KinematicStatePublisher(LifecycleNode):
     """

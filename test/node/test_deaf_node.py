@@ -3,6 +3,7 @@
 """A node whose ports in shared memory were deleted joins the middleware anew."""
 import os
 from pathlib import Path
+from threading import Event
 
 from geometry_msgs.msg import AccelStamped, TwistStamped
 from lifecycle_msgs.msg import Transition
@@ -132,6 +133,17 @@ def test_the_next_node_is_in_the_state_of_the_one_before(context, transitions, s
     assert second.get_parameter('arm.description').value == PUMA
     assert not second.unknown_parameters
     second.destroy_node()
+
+
+def test_where_no_other_node_follows_all_work_is_let_go(context):
+    node = KinematicStatePublisher(context=context, parameter_overrides=[
+        Parameter('autostart', value=False)])
+    before, asked = node.hand_over(), Event()
+    before.worker.submit('work', asked.wait, print, print)
+    assert before.worker.pending == 1
+    before.end()
+    asked.set()
+    assert before.worker.pending == 0
 
 
 def test_a_port_that_is_opened_anew_is_heard(tmp_path, monkeypatch):
