@@ -108,7 +108,7 @@ class IntervalSmoother:
             for i in range(n):
                 own: cython.double = log(self.s[i, k])
                 self.logs[i, k] = own * self.wide - log(self.alone[i, k])
-                settled += own if 2 * i >= n else 0.0
+                settled += own if 2 * i + 1 >= n else 0.0
             settled /= n - n // 2
             square: cython.double = steep * settled * settled
             self.step[k] = square - handicap
