@@ -77,8 +77,8 @@ def run(args: list[str], stop: StopRequest) -> None:
         while not stop.made:
             initialise(args)
             before = live(before, stop)
-            if not stop.again:
-                if before.diagnostics.times_deaf:
+            if stop.made or not stop.again:
+                if stop.again or before.diagnostics.times_deaf:
                     end_at_once(before)
                 break
             rclpy.try_shutdown()
@@ -148,9 +148,11 @@ def let_go(before: Before | None) -> Iterator[None]:
         f'{NAME}_joining', use_global_arguments=False, enable_rosout=False,
         start_parameter_services=False,
         parameter_overrides=[Parameter('start_type_description_service', value=False)])
-    before.node.leave()
-    yield
-    joined.destroy_node()
+    try:
+        before.node.leave()
+        yield
+    finally:
+        joined.destroy_node()
 
 
 def initialise(args: list[str]) -> None:
