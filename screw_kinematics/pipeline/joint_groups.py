@@ -183,6 +183,8 @@ class JointGroups:
         """
         Return a sentence on the joints that no group brings, and on names that are like theirs.
 
+        It is empty if there are no such joints.
+
         Examples
         --------
         >>> groups = JointGroups(['arm_joint_1'])
@@ -192,6 +194,8 @@ class JointGroups:
 
         """
         missing = self.missing()
+        if not missing:
+            return ''
         sentence = f'no joint states of {listed(missing)}'
         alike: dict[str, None] = {}
         for name in missing[:LISTED]:

@@ -58,7 +58,7 @@ class Synchronizer:
         Parameters
         ----------
         group : JointGroup
-            Whose motion it is.
+            Whose motion it is: some of the joints.
         motion : Motion
             Of its joints.
 
@@ -69,8 +69,6 @@ class Synchronizer:
             or are too far apart in time.
 
         """
-        if group.complete:
-            return motion
         repeated = group in self._fresh
         before = self._parts.get(group)
         self._parts[group] = motion

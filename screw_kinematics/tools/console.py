@@ -9,7 +9,7 @@ wrong, 2 it could not do its work (wrong option, broken file, missing package).
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 import os
 from pathlib import Path
@@ -89,6 +89,12 @@ def complete(options: argparse.ArgumentParser) -> None:
     if COMPLETING in os.environ:
         from argcomplete import autocomplete
         autocomplete(options)
+
+
+def in_the_way(places: Iterable[Path]) -> str:
+    """Return what to say of what is where outputs shall go; empty if nothing is."""
+    there = [place for place in places if place.exists()]
+    return f'{there[0]} exists already; choose another output, or --force' if there else ''
 
 
 def run(tool: Callable[[argparse.Namespace], int], options: argparse.ArgumentParser,

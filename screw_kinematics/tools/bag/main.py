@@ -92,7 +92,7 @@ def _bag(arguments: argparse.Namespace) -> int:
         outcomes = _many(arguments, tasks)
         print(summary_table(outcomes))
     else:
-        problem = '' if arguments.force else _in_the_way(tasks[0])
+        problem = '' if arguments.force else console.in_the_way(tasks[0].places())
         if problem:
             raise ToolError(problem)
         with Bar(tasks) as bar, _runner(arguments) as run:
@@ -142,7 +142,8 @@ def _many(arguments: argparse.Namespace, tasks: Sequence[Task]) -> list[Outcome]
               for task in tasks}
     for task in tasks:
         # What no earlier run has written is somebody's.
-        problem = '' if arguments.force or records.known(task) else _in_the_way(task)
+        problem = '' if arguments.force or records.known(task) else (
+            console.in_the_way(task.places()))
         if problem:
             before[task.name] = Outcome(task.name, without_password(task.source.place), 0,
                                         error=problem)
@@ -161,11 +162,6 @@ def _many(arguments: argparse.Namespace, tasks: Sequence[Task]) -> list[Outcome]
             bar.finish(task, outcome)
     return [done[task.name] for task in tasks]
 
-
-def _in_the_way(task: Task) -> str:
-    """Return what is where the outputs shall go; empty if nothing is."""
-    there = [str(place) for place in task.places() if place.exists()]
-    return f'{there[0]} exists already; choose another output, or --force' if there else ''
 
 
 def _process(arguments: argparse.Namespace, tasks: Sequence[Task], bar: Bar,

@@ -106,11 +106,11 @@ def _check_output(arguments: argparse.Namespace) -> None:
     if arguments.format == 'c' and output.suffix == '.h':
         raise ParameterError('output', str(output), 'the source, as FILE.c; the header is put '
                              'beside it')
-    if arguments.force:
-        return
-    for file in (output, output.with_suffix('.h')) if arguments.format == 'c' else (output,):
-        if file.is_file():
-            raise ToolError(f'{file} exists already; choose another output, or --force')
+    files = [output, output.with_suffix('.h')] if arguments.format == 'c' else [output]
+    # A device is no file that could be lost.
+    problem = '' if arguments.force else console.in_the_way(filter(Path.is_file, files))
+    if problem:
+        raise ToolError(problem)
 
 
 def _say(text: str) -> None:

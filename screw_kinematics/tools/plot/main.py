@@ -87,8 +87,9 @@ def _plot(arguments: argparse.Namespace) -> int:
     output = arguments.output
     if output is not None:
         check_ending(output, 'output')
-        if output.exists() and not arguments.force:
-            raise ToolError(f'{output} exists already; choose another output, or --force')
+        problem = '' if arguments.force else console.in_the_way([output])
+        if problem:
+            raise ToolError(problem)
         plt.switch_backend('agg')
     figure = arguments.draw(arguments)
     if output is not None:

@@ -110,8 +110,9 @@ def _doubts(recording: Recording | JointTable, robot: RecordedRobot) -> Iterator
     yield from robot.model.warnings
     yield from robot.findings
     yield from getattr(recording, 'damage', ())
-    if robot.groups.missing():
-        yield robot.groups.describe_missing()
+    missing = robot.groups.describe_missing()
+    if missing:
+        yield missing
     for reason, count in robot.account.refused.items():
         if count:
             yield f'{count} of {robot.account.received} samples not used: {reason}'
