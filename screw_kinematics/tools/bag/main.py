@@ -163,7 +163,6 @@ def _many(arguments: argparse.Namespace, tasks: Sequence[Task]) -> list[Outcome]
     return [done[task.name] for task in tasks]
 
 
-
 def _process(arguments: argparse.Namespace, tasks: Sequence[Task], bar: Bar,
              ) -> Iterator[Outcome]:
     if not tasks:
