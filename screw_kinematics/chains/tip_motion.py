@@ -115,16 +115,6 @@ def _turned(vector: Derivatives, axis: int, angle: Derivatives) -> Derivatives:
 
     With y_n(m) the n-th derivative of the turned m-th derivative, and e the axis,
     ``y_n(m) = y_0(m+n) + sum_k phi^(k+1) e x sum_{h>=k} C(h, k) y_{h-k}(m+n-1-h)``.
-
-    Parameters
-    ----------
-    vector : list of array, shape (3,)
-        A vector and its derivatives in the inner axes.
-    axis : {0, 1, 2}
-        The axis of the turn.
-    angle : list
-        The angle and its derivatives.
-
     """
     s, c = sin(angle[0]), cos(angle[0])
     i, j = (axis + 1) % 3, (axis + 2) % 3

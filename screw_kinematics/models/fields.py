@@ -34,14 +34,7 @@ def shown(value: Any) -> str:
 
 def listed(names: Iterable[str], near: str = '') -> str:
     """
-    Return names for a message, quoted, at most a dozen of them.
-
-    Parameters
-    ----------
-    names : iterable of str
-        In the order they are known.
-    near : str
-        What was given in their place: those that look like it come first.
+    Return names for a message, quoted, at most a dozen, those that look like a given one first.
 
     Examples
     --------
@@ -125,25 +118,10 @@ def reported(source: str) -> Iterator[None]:
 
 class Fields:
     """
-    The fields of one part of a description.
+    The fields of one part of a description; all methods raise ModelError.
 
-    Parameters
-    ----------
-    source : str
-        File or topic the description comes from.
-    place : str
-        Which part of it this is, for instance ``joint 'q1'``; may be empty.
-    values : mapping
-        Keys and values as read.
-    known : sequence of str, optional
-        Keys allowed; any other is refused. Default: all.
-
-    Raises
-    ------
-    ModelError
-        The part is no mapping, or a key is not allowed. All methods raise it too, where
-        a value is missing or not usable.
-
+    The place says which part of the source this is, for instance ``joint 'q1'``. A key that is not
+    known is refused; if none is named, all are known.
     """
 
     def __init__(self, source: str, place: str, values: Any,

@@ -195,14 +195,7 @@ def meant_part(tag: str) -> str | None:
 
 def read_document(source: str, text: str | bytes) -> RobotDocument:
     """
-    Return the links and joints of a robot document.
-
-    Parameters
-    ----------
-    source : str
-        File or topic, for messages.
-    text : str or bytes
-        The XML document; bytes where it declares its own encoding.
+    Return the links and joints of a robot document; bytes where it declares its own encoding.
 
     Raises
     ------

@@ -59,19 +59,7 @@ def _refusal(mark: Any, problem: str) -> yaml.MarkedYAMLError:
 
 def read_yaml(source: str, text: str | bytes) -> Any:
     """
-    Return the data of a YAML document.
-
-    Parameters
-    ----------
-    source : str
-        File or parameter, for messages.
-    text : str or bytes
-        The document.
-
-    Returns
-    -------
-    dict, list or str
-        Mappings and lists of the same, down to text; None for an empty document.
+    Return the data of a YAML document: mappings and lists, down to text; None if it is empty.
 
     Raises
     ------

@@ -33,12 +33,7 @@ _ANGLES = ('rad', 'deg')
 @dataclass(frozen=True)
 class Units:
     """
-    The length and angle unit of a file.
-
-    Parameters
-    ----------
-    length_unit : {'m', 'cm', 'mm', 'in'}
-    angle_unit : {'rad', 'deg'}
+    The length and angle unit of a file: m, cm, mm or in; rad or deg.
 
     Examples
     --------
@@ -88,19 +83,9 @@ def read_frame(fields: Fields, key: str, wanted: str | None, default: str) -> st
 def read_names(fields: Fields, name: str, base_frame: str | None, tip_frame: str | None,
                tip: str) -> tuple[str, str, str]:
     """
-    Return the names of base frame, tip frame and robot, as a file gives them.
+    Return the names of base frame, tip frame and robot.
 
-    Parameters
-    ----------
-    fields : Fields
-        The file's.
-    name : str
-        Name of the robot where the file gives none.
-    base_frame, tip_frame : str, optional
-        Wanted frames; where the file names them, the same ones.
-    tip : str
-        Name of the tip frame where nobody names it.
-
+    As a file gives them, or else as given here; frames that are wanted may not be others.
     """
     return (read_frame(fields, 'base_frame', base_frame, 'base'),
             read_frame(fields, 'tip_frame', tip_frame, tip), fields.text('name', name))
@@ -160,21 +145,9 @@ def read_pose(fields: Fields, key: str, units: Units, required: bool = False) ->
 def resolve_mimic(source: str, name: str, rule: Callable[[str], Mimic | None]
                   ) -> Mimic | None:
     """
-    Return how a joint depends on a measured one.
+    Return how a joint depends on a measured one; None if it is measured itself.
 
-    Parameters
-    ----------
-    source : str
-        File or topic, for messages.
-    name : str
-        The joint.
-    rule : callable
-        Gives for a joint's name what it follows directly, or None if it is measured.
-
-    Returns
-    -------
-    Mimic or None
-        None if the joint itself is measured.
+    The rule gives for a joint's name what it follows directly, or None.
 
     Raises
     ------

@@ -23,13 +23,6 @@ class LinkTree:
     """
     Links connected by joints; every step of the work is linear in their number.
 
-    Parameters
-    ----------
-    source : str
-        File or topic, for messages.
-    links : iterable of str
-    edges : iterable of Edge
-
     Raises
     ------
     ModelError
@@ -93,19 +86,9 @@ class LinkTree:
 
     def path(self, base: str, tip: str) -> list[tuple[Edge, bool]]:
         """
-        Return the edges from base to tip, each with whether it is passed downwards.
+        Return the edges from base to tip, each with whether it is passed from parent to child.
 
-        Parameters
-        ----------
-        base, tip : str
-            Any two links; the path goes up from the base to the lowest common ancestor
-            and from there down to the tip.
-
-        Returns
-        -------
-        list of (Edge, bool)
-            True: from parent to child; False: from child to parent.
-
+        The path goes up from the base to the lowest common ancestor, and from there down.
         """
         up = self._upwards(self.link('base frame', base))
         down = self._upwards(self.link('tip frame', tip))

@@ -81,30 +81,10 @@ _COMPOUND = {'universal': ('a', 'b'), 'spherical': ('a', 'b', 'c')}
 def robot_from_data(data: Any, source: str, name: str, base_frame: str | None = None,
                     tip_frame: str | None = None) -> SerialChain | ParallelManipulator:
     """
-    Return the robot of a model file.
+    Return the robot of a model file, a parallel manipulator if the file has limbs.
 
-    Parameters
-    ----------
-    data : mapping
-        The file's content, as this module describes it.
-    source : str
-        The file, for messages.
-    name : str
-        Name of the robot where the file gives none.
-    base_frame, tip_frame : str, optional
-        Wanted frames; where the file names them, the same ones.
-
-    Returns
-    -------
-    SerialChain or ParallelManipulator
-        The latter of a file with limbs.
-
-    Raises
-    ------
-    ModelError
-        A key is unknown or missing, a value not usable, or the limbs do not make a
-        parallel manipulator.
-
+    The name is for a robot to which the file gives none; frames that are wanted are those that the
+    file names, if it does.
     """
     given = Fields(source, '', data)
     form = next((form for form in _FORMS if form in given), 'joints')

@@ -27,20 +27,8 @@ def with_parameters(data: Any, source: str, symbol: Callable[[str], Any] | None 
     """
     Return the content of a model file with its parameters put in.
 
-    Parameters
-    ----------
-    data : mapping
-        As read.
-    source : str
-        The file, for messages.
-    symbol : callable, optional
-        Makes the symbol of a name, in SI units; lengths then need no value. Default:
-        parameters are their values.
-
-    Raises
-    ------
-    ModelError
-        A parameter is no number, or has no value where one is needed.
+    Their values, or, if given, what ``symbol`` makes of their names, in SI units; lengths then
+    need no value.
 
     Examples
     --------

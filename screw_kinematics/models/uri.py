@@ -23,12 +23,7 @@ _SOURCE_TREE = Path(__file__).resolve().parents[2]
 
 def local_path(uri: str) -> Path:
     """
-    Return the path of the file a URI names.
-
-    Parameters
-    ----------
-    uri : str
-        ``package://<package>/<path>``, ``file:///<path>`` or a plain path.
+    Return the path of the file that a ``package://`` or ``file://`` URI or a plain path names.
 
     Raises
     ------

@@ -51,26 +51,7 @@ def joined_arguments(file: str, arguments: Mapping[str, str]) -> str:
 
 
 def expand(source: str, path: Path, arguments: Mapping[str, str]) -> tuple[str, list[str]]:
-    """
-    Return the URDF of a xacro file, and warnings of arguments that it does not declare.
-
-    Parameters
-    ----------
-    source : str
-        The file, for messages.
-    path : path
-        Where it is.
-    arguments : mapping of str to str
-        Their values.
-
-    Raises
-    ------
-    MissingExtraError
-        The package xacro is not installed.
-    ModelError
-        An argument is missing, or the file cannot be expanded.
-
-    """
+    """Return the URDF of a xacro file, and warnings of arguments that it does not declare."""
     try:
         import xacro
     except ImportError:

@@ -224,24 +224,9 @@ def trace_outputs(outputs: Sequence[str], order: int, dof: int, passive: int, ax
     """
     Return the program from solved quantities to the outputs asked for.
 
-    Parameters
-    ----------
-    outputs : sequence of str
-        Any of WITHOUT_SCREWS.
-    order : int
-        Number of reduced states.
-    dof, passive : int
-        Numbers of actuated and of passive joints.
-    axes, pole : {'base', 'tip'}
-        Whose axes, and about which point, the six-vectors are.
-
-    Returns
-    -------
-    StraightLineProgram
-        Reads position and rotation of the platform, its reduced states about its frame's
-        origin in base axes; then, if among the outputs, the Jacobian, and positions and
-        velocities of the passive joints.
-
+    It reads position and rotation of the platform, its reduced states up to an order about its
+    frame's origin in base axes; then, if among the outputs, the Jacobian, and positions and
+    velocities of the passive joints.
     """
     sizes = _sizes(outputs, dof, passive)
     read = {'pose': 12, 'state': 6 * order, **{n: sizes[n] for n in FURTHER if n in outputs}}

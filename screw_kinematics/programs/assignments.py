@@ -24,23 +24,11 @@ _ATOM, _PRODUCT, _SUM = 0, 1, 2
 
 @dataclass(frozen=True)
 class Assignments:
-    """
-    Assignments in order, and the expressions of the outputs after them.
+    """Assignments in order, and the expressions of the outputs after them."""
 
-    Parameters
-    ----------
-    body : tuple of (str, str)
-        Name and expression.
-    outputs : tuple of str
-        One expression for each output of the program.
-    names : tuple of str
-        The names assigned to, each once.
-
-    """
-
-    body: tuple[tuple[str, str], ...]
-    outputs: tuple[str, ...]
-    names: tuple[str, ...]
+    body: tuple[tuple[str, str], ...]    # name and expression
+    outputs: tuple[str, ...]             # one expression for each output of the program
+    names: tuple[str, ...]               # those assigned to, each once
 
 
 class _Text(NamedTuple):
@@ -55,24 +43,10 @@ class _Text(NamedTuple):
 def assignments(line: StraightLineProgram, input_names: Sequence[str],
                 name: Callable[[int], str] = 'x{}'.format, reuse: bool = True) -> Assignments:
     """
-    Return a straight-line program as assignments.
+    Return a straight-line program as assignments; ``name`` gives that of the k-th variable.
 
-    Parameters
-    ----------
-    line : StraightLineProgram
-        The program.
-    input_names : sequence of str
-        How the inputs are called.
-    name : callable
-        Gives the name of the k-th variable.
-    reuse : bool
-        Whether a name may be assigned to again, which spares an interpreter memory, and
-        costs a compiler time: to tell such values apart grows as their square.
-
-    Returns
-    -------
-    Assignments
-
+    To reuse names spares an interpreter memory, and costs a compiler time: to tell such values
+    apart grows as their square.
     """
     named, outputs = _expressions(line)
     last_read = {leaf: position for position, (_, text) in enumerate(named)

@@ -18,19 +18,7 @@ KEYWORDS = frozenset(
 
 def c_header(name: str, inputs: Mapping[str, int], outputs: Mapping[str, int],
              comment: str) -> str:
-    """
-    Return the header of :func:`c_source`.
-
-    Parameters
-    ----------
-    name : str
-        Name of the function.
-    inputs, outputs : mapping of str to int
-        Names of the arrays, and how many numbers each has.
-    comment : str
-        What the function computes: frames and units.
-
-    """
+    """Return the header of :func:`c_source`."""
     guard = f'{name.upper()}_H'
     comment = comment.replace('*/', '* /').replace('/*', '/ *')    # names may hold anything
     return '\n'.join([
@@ -46,21 +34,8 @@ def c_source(line: StraightLineProgram, name: str, inputs: Mapping[str, int],
     """
     Return a C function that computes the program; it includes its header, ``name.h``.
 
-    Parameters
-    ----------
-    line : StraightLineProgram
-        The program.
-    name : str
-        Name of the function.
-    inputs, outputs : mapping of str to int
-        Names of the arrays, and how many numbers each has. Outputs may be the same memory
-        as inputs.
-
-    Raises
-    ------
-    InvalidValueError
-        The name is no identifier of C.
-
+    Inputs and outputs are names of arrays, and how many numbers each has; outputs may be the same
+    memory as inputs.
     """
     entries = [f'{array}[{k}]' for array, n in inputs.items() for k in range(n)]
     local = [entry.replace('[', '_').replace(']', '') for entry in entries]

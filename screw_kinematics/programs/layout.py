@@ -34,15 +34,7 @@ class _Step(NamedTuple):
 
 
 def interpreter(line: StraightLineProgram, width: int, slices: Mapping[str, slice]) -> Interpreter:
-    """
-    Return an interpreter that has learnt a program.
-
-    Raises
-    ------
-    InvalidValueError
-        The program needs more numbers at a time than the interpreter has rows.
-
-    """
+    """Return an interpreter that has learnt a program."""
     code, n_rows, constants, outputs = _rows(line, _runs(line, _steps(line)))
     if n_rows > MAX_ROWS:
         raise InvalidValueError(

@@ -40,18 +40,9 @@ class Machine(Protocol):
 
     def sample(self, parts: tuple[Any, ...], /) -> dict[str, Array] | None:
         """
-        Return the outputs of one sample by names; None if the parts do not fit.
+        Return the outputs of one sample by names; None if the parts, arrays, do not fit.
 
-        Parameters
-        ----------
-        parts : tuple of array, shape (width,)
-            The inputs; more parts than there are inputs are passed over.
-
-        Raises
-        ------
-        TypeError, ValueError
-            A part is no contiguous array.
-
+        More parts than there are inputs are passed over.
         """
 
     def batch(self, parts: Sequence[Array], out: Array, threads: int) -> None:

@@ -16,21 +16,8 @@ def named_source(line: StraightLineProgram, name: str, inputs: Mapping[str, int]
     """
     Return the text of a Python function whose parameters and results have names.
 
-    Parameters
-    ----------
-    line : StraightLineProgram
-        The program.
-    name : str
-        Name of the function.
-    inputs, outputs : mapping of str to int
-        Names of the sequences it takes and of those in the dictionary it returns, and how
-        many numbers each has.
-    comment : str
-        What it computes, for its docstring.
-
-    Returns
-    -------
-    str
+    Inputs and outputs are names of the sequences it takes and of those in the dictionary it
+    returns, and how many numbers each has; the comment is for its docstring.
 
     Examples
     --------

@@ -25,54 +25,24 @@ from ..screws.se3 import Array
 
 
 class BaseTrack(NamedTuple):
-    """
-    Motion of a base.
+    """Motion of a base: its poses, and its twist and the derivatives in its own axes."""
 
-    Attributes
-    ----------
-    world : str
-        Frame that it is relative to; without poses the base frame.
-    posed : bool
-        Whether there are poses.
-    pose_stamps, poses : arrays, shapes (N,), (N, 12)
-        Position and rotation by rows in it, and when [ns].
-    stamps, components, variances : arrays, shapes (M,), (M, 24), (M, 24)
-        The twist in the base's own axes and its derivatives, and when [ns].
-    account : Account
-        Of the messages.
-    findings : list of str
-        What is odd about them.
-
-    """
-
-    world: str
-    posed: bool
-    pose_stamps: Array
-    poses: Array
-    stamps: Array
-    components: Array
-    variances: Array
-    account: Account
-    findings: list[str]
+    world: str             # that it is relative to; without poses the base frame
+    posed: bool            # whether there are poses
+    pose_stamps: Array     # (N,) [ns]
+    poses: Array           # (N, 12), position and rotation by rows
+    stamps: Array          # (M,) [ns]
+    components: Array      # (M, 24), twist to snap
+    variances: Array       # (M, 24)
+    account: Account       # of the messages
+    findings: list[str]    # what is odd about them
 
     def at(self, instants: Array, timeout: float) -> tuple[Array, Array, Array]:
         """
-        Return the motion at instants, carried there from the nearest one.
+        Return the motion at instants [ns], carried there from the nearest one.
 
-        Parameters
-        ----------
-        instants : array of int, shape (N,)
-            In ns.
-        timeout : float
-            The motion is known if it is so near in time [s].
-
-        Returns
-        -------
-        known : array of bool, shape (N,)
-        motion : array, shape (K, BASE_INPUTS)
-            At those that are known.
-        variances : array, shape (K, 24)
-
+        Which instants, of shape (N,), have one within the timeout [s]; of these K the motion, of
+        shape (K, BASE_INPUTS), and the variances, of shape (K, 24).
         """
         places, twists = _nearest(self.pose_stamps, instants), _nearest(self.stamps, instants)
         away = np.stack([instants - self.pose_stamps[places], instants - self.stamps[twists]],
@@ -88,15 +58,7 @@ class BaseTrack(NamedTuple):
 
 def recorded_base(recording: Recording | JointTable, settings: RobotSettings, model: Any,
                   namespace: str) -> BaseTrack:
-    """
-    Return the motion of a robot's base in a recording.
-
-    Raises
-    ------
-    ToolError
-        Nothing tells of it, or all is refused.
-
-    """
+    """Return the motion of a robot's base in a recording."""
     topic = full_name(namespace, settings.base_motion_topic)
     account, watch = Account(), OdometryWatch()
     frames = BaseFrames.of(model, settings.frame_prefix)

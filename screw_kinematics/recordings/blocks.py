@@ -36,28 +36,14 @@ _JUMP_BACK = 500_000_000    # as the node's estimators: further back is a new be
 
 
 class GroupSamples(NamedTuple):
-    """
-    Samples of joints that come together, in one block.
+    """Samples of joints that come together, in one block."""
 
-    Attributes
-    ----------
-    columns : tuple of int
-        Which joints of the robot they are.
-    stamps, received : array of int, shape (N,)
-        Of the samples, and when they came [ns].
-    positions, velocities : array, shape (N, n)
-        As measured; velocities NaN where there is none.
-    begin, end : int
-        The samples that are the block's own; the others are its context.
-
-    """
-
-    columns: tuple[int, ...]
-    stamps: Array
-    received: Array
-    positions: Array
-    velocities: Array
-    begin: int
+    columns: tuple[int, ...]    # which joints of the robot they are
+    stamps: Array               # (N,) [ns]
+    received: Array             # (N,), when they came [ns]
+    positions: Array            # (N, n)
+    velocities: Array           # (N, n), NaN where there is none
+    begin: int                  # from here to end they are the block's own, the others its context
     end: int
 
 
@@ -99,19 +85,7 @@ class _Pending:
 
 
 def cut(samples: Iterable[Sample], groups: JointGroups, account: Account) -> Iterator[Block]:
-    """
-    Yield the blocks of one robot.
-
-    Parameters
-    ----------
-    samples : iterable of Sample
-        In order of reception.
-    groups : JointGroups
-        Of the robot.
-    account : Account
-        Gets the samples counted, and those that cannot be used.
-
-    """
+    """Yield the blocks of one robot; the account counts the samples, and why some are not used."""
     pending: dict[JointGroup, _Pending] = {}
     for number, (_, received, sample) in enumerate(samples):
         account.received += 1

@@ -41,53 +41,24 @@ _ITERATIONS = 30
 
 @dataclass(frozen=True)
 class Channels:
-    """
-    Some measured quantities, and what they are linear in.
+    """Some measured quantities, and what they are linear in."""
 
-    Parameters
-    ----------
-    values : array, shape (N, k)
-        At the stamps of the other stream.
-    features : array, shape (M, f)
-        At the stamps of the joint motion; a constant is added to them.
-
-    """
-
-    values: Array
-    features: Array
+    values: Array      # (N, k), at the stamps of the other stream
+    features: Array    # (M, f), at those of the joint motion; a constant is added
 
 
 @dataclass(frozen=True)
 class ClockOffset:
-    """
-    What is known of an offset.
+    """What is added to another stream's stamps to have those of the joints, and what tells it."""
 
-    Attributes
-    ----------
-    offset, deviation : float
-        What is added to the other stream's stamps to have those of the joints, and its standard
-        deviation [s].
-    drift, drift_deviation : float
-        By how much the offset grows in a second [s/s].
-    shares : list of float
-        Of the variance of each group of channels, what the motion explains.
-    residuals : list of array, shape (k,)
-        Standard deviations of what is left of each channel.
-    coefficients : list of array, shape (f + 1, k)
-        From features, and the constant behind them, to channels.
-    freedoms : int
-        Of the deviations.
-
-    """
-
-    offset: float
-    deviation: float
-    drift: float
-    drift_deviation: float
-    shares: list[float]
-    residuals: list[Array]
-    coefficients: list[Array]
-    freedoms: int
+    offset: float                # [s]
+    deviation: float             # standard deviation of the offset [s]
+    drift: float                 # by how much the offset grows in a second
+    drift_deviation: float       # [s/s]
+    shares: list[float]          # of the variance of each group of channels, explained by motion
+    residuals: list[Array]       # (k,) each, standard deviations of what is left of each channel
+    coefficients: list[Array]    # (f + 1, k) each, from features and a constant to channels
+    freedoms: int                # of the deviations
 
     @property
     def interval(self) -> tuple[float, float]:
@@ -106,14 +77,7 @@ class ClockOffset:
 
 def find_offset(joint_stamps: Array, stamps: Array, groups: Sequence[Channels]) -> ClockOffset:
     """
-    Return the offset of a stream from the joints' clock.
-
-    Parameters
-    ----------
-    joint_stamps, stamps : array of int, shapes (M,), (N,)
-        Of the joint motion and of the other stream, increasing [ns].
-    groups : sequence of Channels
-        What was measured.
+    Return the offset of a stream from the joints' clock; both have stamps that increase [ns].
 
     Raises
     ------
@@ -167,17 +131,7 @@ def predicted(joint_stamps: Array, stamps: Array, group: Channels, coefficients:
     """
     Return what the motion says of channels at stamps of the other stream, shape (N, k).
 
-    Parameters
-    ----------
-    joint_stamps, stamps : array of int, shapes (M,), (N,)
-        Of the joint motion and of the other stream [ns].
-    group : Channels
-        Whose features are meant.
-    coefficients : array, shape (f + 1, k)
-        As found.
-    offset : float
-        Of the clocks [s].
-
+    By the coefficients found, of shape (f + 1, k), with clocks apart by an offset [s].
     """
     return _features(joint_stamps, group.features,
                      stamps + round(offset * 1e9)) @ coefficients
@@ -186,22 +140,9 @@ def predicted(joint_stamps: Array, stamps: Array, group: Channels, coefficients:
 def shares_explained(joint_stamps: Array, stamps: Array, group: Channels, offsets: Array,
                      ) -> Array:
     """
-    Return how much of the variance of channels the motion explains if clocks are so far apart.
+    Return how much of the variance of channels the motion explains, by offset of the clocks.
 
-    Parameters
-    ----------
-    joint_stamps, stamps : array of int, shapes (M,), (N,)
-        Of the joint motion and of the other stream [ns].
-    group : Channels
-        What was measured.
-    offsets : array, shape (K,)
-        Of the clocks, at most SEARCH [s].
-
-    Returns
-    -------
-    array, shape (K,)
-        From 0 to 1.
-
+    Offsets are of shape (K,), at most SEARCH [s]; so are the shares, from 0 to 1.
     """
     margin = round((SEARCH + _GRID) * 1e9)
     inside = np.flatnonzero((stamps > joint_stamps[0] + margin)

@@ -22,13 +22,7 @@ class Difference:
     """
     Differences of one output, summed up block by block.
 
-    Parameters
-    ----------
-    topic, output : str
-        Where the node published which of its outputs.
-    messages : iterator of Message
-        What it published, in order; read as far as there are states to compare with.
-
+    The messages that the node published are read as far as there are states to compare with.
     """
 
     def __init__(self, topic: str, output: str, messages: Iterator[Message]) -> None:
@@ -44,17 +38,7 @@ class Difference:
         self._values = np.zeros((0, RECORDED[output]))
 
     def add_states(self, stamps: Array, values: Array) -> None:
-        """
-        Take the states of a block, in order.
-
-        Parameters
-        ----------
-        stamps : array of int, shape (N,)
-            Instants [ns].
-        values : array, shape (N, 6) or, for poses, (N, 7)
-            As :func:`read_states` returns them.
-
-        """
+        """Take the states of a block, as :func:`read_states` gives them, in order of stamps."""
         while len(self._stamps) == 0 or self._stamps[-1] <= stamps[-1]:
             if not self._read():
                 break

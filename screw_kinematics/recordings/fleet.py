@@ -46,13 +46,7 @@ def in_order(executor: Executor, ahead: int) -> Run:
     """
     Return what smooths blocks by an executor and gives the results in order, as ``map`` does.
 
-    Parameters
-    ----------
-    executor : concurrent.futures.Executor
-        Of processes, here or elsewhere.
-    ahead : int
-        So many blocks are under way at a time, which bounds the memory.
-
+    So many blocks are under way at a time as may be ahead, which bounds the memory.
     """
     def run(function: Callable[[Block], MotionBlock], blocks: Iterable[Block],
             ) -> Iterator[MotionBlock]:
@@ -73,22 +67,7 @@ def in_order(executor: Executor, ahead: int) -> Run:
 
 @contextmanager
 def cluster(scheduler: str | None, processes: int) -> Iterator[Any]:
-    """
-    Yield a client of a dask cluster.
-
-    Parameters
-    ----------
-    scheduler : str or None
-        Address of a running one; None: one is started here, and ended with the context.
-    processes : int
-        Of the one here.
-
-    Raises
-    ------
-    MissingExtraError, ToolError
-        dask is not installed; nobody answers at the address.
-
-    """
+    """Yield a client of a dask cluster: the scheduler's, or else one of its own, then ended."""
     try:
         import dask
         from distributed import Client, LocalCluster
@@ -110,19 +89,7 @@ def cluster(scheduler: str | None, processes: int) -> Iterator[Any]:
 
 
 def process_all(tasks: Sequence[Task], client: Any, progress: Progress) -> Iterator[Outcome]:
-    """
-    Process recordings on a cluster; yield their outcomes as they come.
-
-    Parameters
-    ----------
-    tasks : sequence of Task
-        Their files must be where the workers can reach them.
-    client : distributed.Client
-        Of the cluster.
-    progress : callable
-        Called for recordings that are cut into blocks.
-
-    """
+    """Process recordings, which the cluster must reach; yield their outcomes as they come."""
     cores = max(sum(client.ncores().values()), 1)
     # The longest first, so that the last ones to end are short.
     tasks = sorted(map(_absolute, tasks), key=lambda task: -task.source.size)

@@ -15,30 +15,14 @@ QUANTITIES = ('pose', *(quantity.name for quantity in SIX_VECTORS))
 
 @dataclass(frozen=True)
 class History:
-    """
-    States of a tip over time.
+    """States of a tip over time, about its origin in axes of the base."""
 
-    Parameters
-    ----------
-    name : str
-        Of the robot and its motion, for titles.
-    base_frame, tip_frame : str
-        Frames; axes are the base's and the reference point is the tip's origin.
-    time : array, shape (N,)
-        In s.
-    values : mapping of str to array
-        'pose' (N, 4, 4); all others (N, 6), angular first, in SI units.
-    start : int
-        Epoch time of ``time`` 0 [ns].
-
-    """
-
-    name: str
+    name: str                      # of the robot and its motion, for titles
     base_frame: str
     tip_frame: str
-    time: Array
-    values: Mapping[str, Array]
-    start: int = 0
+    time: Array                    # (N,) [s]
+    values: Mapping[str, Array]    # 'pose' (N, 4, 4); others (N, 6), angular first, in SI units
+    start: int = 0                 # epoch time of time 0 [ns]
 
     @classmethod
     def of_rows(cls, name: str, base_frame: str, tip_frame: str, stamps: Array,

@@ -15,20 +15,7 @@ def interpolate(instants: Array, values: Array, at: Array) -> Array:
     """
     Return values between samples, by the cubic through the four nearest ones.
 
-    Samples themselves are returned as they are.
-
-    Parameters
-    ----------
-    instants : array of int, shape (N,)
-        Increasing [ns]; at least four.
-    values : array, shape (N, k)
-        The samples.
-    at : array of int, shape (M,)
-        Instants from the first to the last sample [ns].
-
-    Returns
-    -------
-    array, shape (M, k)
+    Instants increase [ns], and are at least four; samples themselves are returned as they are.
 
     Examples
     --------

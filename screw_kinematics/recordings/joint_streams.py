@@ -15,15 +15,7 @@ from ..screws.se3 import Array
 
 @dataclass
 class JointStream:
-    """
-    The samples of joints that come in one message.
-
-    Parameters
-    ----------
-    names : tuple of str
-        As in the messages.
-
-    """
+    """The samples of joints that come in one message."""
 
     names: tuple[str, ...]
     received: list[int] = field(default_factory=list)

@@ -52,24 +52,14 @@ class TableFormat:
     """
     What is stated about tables; the rest is recognised.
 
-    Parameters
-    ----------
-    columns : mapping of str to str
-        From a joint's name, a joint's name with '.velocity' behind it, or 'stamp' to a column.
-    angle, length : str
-        'rad' or 'deg', 'm' or 'mm'; empty: as the columns' names say, else rad and m.
-    time : str
-        Unit of the stamps: s, ms, us or ns; empty: recognised.
-    epoch : int
-        What is added to the stamps [ns].
-
+    Columns are by a joint's name, a joint's name with '.velocity' behind it, or 'stamp'.
     """
 
     columns: Mapping[str, str] = field(default_factory=dict)
-    angle: str = ''
-    length: str = ''
-    time: str = ''
-    epoch: int = 0
+    angle: str = ''     # rad or deg; empty: as the columns' names say, else rad
+    length: str = ''    # m or mm; likewise
+    time: str = ''      # unit of the stamps: s, ms, us or ns; empty: recognised
+    epoch: int = 0      # what is added to the stamps [ns]
 
 
 @dataclass(frozen=True)
@@ -82,17 +72,7 @@ class _Columns:
 
 
 class JointTable:
-    """
-    A table of joint samples.
-
-    Parameters
-    ----------
-    path : path
-        Ending in .csv, .csv.gz, .txt or .parquet.
-    stated : TableFormat, optional
-        What is known about it.
-
-    """
+    """A table of joint samples, in a file ending in .csv, .csv.gz, .txt or .parquet."""
 
     def __init__(self, path: Path, stated: TableFormat | None = None) -> None:
         self.path = path
@@ -105,12 +85,7 @@ class JointTable:
 
     def samples(self, joints: Mapping[str, str]) -> Iterator[Sample]:
         """
-        Yield the samples in the order of the rows.
-
-        Parameters
-        ----------
-        joints : mapping of str to str
-            Kind of each measured joint by its name.
+        Yield the samples in the order of the rows, of joints whose kinds are given by name.
 
         Raises
         ------

@@ -17,23 +17,14 @@ from ..screws.se3 import Array
 
 class LinkMotion(NamedTuple):
     """
-    Motion of a link in the base frame; in the world, if the robot's motion is relative to that.
+    Motion of a link in the base frame.
 
-    Attributes
-    ----------
-    stamps : array of int, shape (N,)
-        In ns.
-    rotation : array, shape (N, 3, 3)
-        From link coordinates to those of that frame.
-    position, velocity, acceleration : array, shape (N, 3)
-        Of its origin, classical.
-    angular_velocity, angular_acceleration : array, shape (N, 3)
-
+    Or in the world, if the robot's motion is relative to that.
     """
 
-    stamps: Array
-    rotation: Array
-    position: Array
+    stamps: Array      # (N,) [ns]
+    rotation: Array    # (N, 3, 3), from link coordinates to those of that frame
+    position: Array    # (N, 3), of its origin; so are the others, classical
     velocity: Array
     acceleration: Array
     angular_velocity: Array
@@ -45,15 +36,7 @@ class LinkMotion(NamedTuple):
 
 
 def link_motion(recording: Recording, settings: RobotSettings, namespace: str) -> LinkMotion:
-    """
-    Return the motion of a robot's tip in a recording.
-
-    Raises
-    ------
-    ToolError
-        There are no states of it.
-
-    """
+    """Return the motion of a robot's tip in a recording."""
     # None of its outputs is wanted, nor what else they need.
     robot = recorded_robot(recording, replace(settings, outputs=('pose',)), namespace, order=2)
     tip = robot.at_tip('pose', 'twist', 'accel')

@@ -57,15 +57,7 @@ class Channel(NamedTuple):
 
 
 class McapFile:
-    """
-    An MCAP file, opened.
-
-    Parameters
-    ----------
-    path : path
-        The file.
-
-    """
+    """An MCAP file, opened."""
 
     def __init__(self, path: Path) -> None:
         self.path = path

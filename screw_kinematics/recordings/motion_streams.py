@@ -49,15 +49,7 @@ READERS: dict[str, Callable[[Any], list[float]]] = {
 
 
 def read_stream(recording: Recording, topic: str) -> Stream:
-    """
-    Return what was recorded on a topic, but for messages whose values are not all finite.
-
-    Raises
-    ------
-    ToolError
-        There is nothing of a type that is understood, or no finite number.
-
-    """
+    """Return what was recorded on a topic, but for messages whose values are not all finite."""
     kinds = {c.kind for c in recording.connections if c.topic == topic}
     known = kinds & READERS.keys()
     if not known:

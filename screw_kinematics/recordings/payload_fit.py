@@ -37,58 +37,22 @@ _STILL = 1e-3       # of the specific force that does not change: nothing moves
 
 @dataclass(frozen=True)
 class PayloadFit:
-    """
-    A payload and the sensor that carries it.
+    """A payload and the sensor that carries it, and what told of them."""
 
-    Attributes
-    ----------
-    payload : Payload
-        As found; its inertia need not be that of a body.
-    bias : array, shape (6,)
-        Of the sensor [N, N m].
-    sign : float
-        1: the load exerts the measured wrench; -1: the sensor does.
-    deviations : array, shape (16,)
-        Standard deviations of mass [kg], centre [m], inertia about the centre [kg m^2], bias.
-    stamps : array of int, shape (N,)
-        Of the wrenches that were looked at [ns].
-    used : array of bool, shape (N,)
-        Which of them were not taken for contact.
-    measured, unloaded, left : array, shape (N, 6)
-        Wrenches less bias, less the weight too, less the inertia too [N, N m].
-    force, turning : array, shape (3, 3)
-        Covariance of the specific force and mean square of the angular acceleration, in the
-        sensor's axes: what told of the payload.
-
-    """
-
-    payload: Payload
-    bias: Array
-    sign: float
-    deviations: Array
-    stamps: Array
-    used: Array
-    measured: Array
-    unloaded: Array
-    left: Array
-    force: Array
-    turning: Array
+    payload: Payload     # as found; its inertia need not be that of a body
+    bias: Array          # (6,), of the sensor [N, N m]
+    sign: float          # 1: the load exerts the measured wrench; -1: the sensor does
+    deviations: Array    # (16,), of mass, centre, inertia about it, bias
+    stamps: Array        # (N,), of the wrenches that were looked at [ns]
+    used: Array          # (N,), which of them were not taken for contact
+    measured: Array      # (N, 6), wrenches less bias
+    unloaded: Array      # less the weight, too
+    left: Array          # less the inertia, too
+    force: Array         # (3, 3), covariance of the specific force, in the sensor's axes
+    turning: Array       # (3, 3), mean square of the angular acceleration, likewise
 
     def rms(self, wrenches: Array) -> tuple[float, float]:
-        """
-        Return the RMS of force and torque without contact.
-
-        Parameters
-        ----------
-        wrenches : array, shape (N, 6)
-            One of `measured`, `unloaded` and `left`.
-
-        Returns
-        -------
-        tuple of two floats
-            In N and N m.
-
-        """
+        """Return the RMS of force and torque without contact [N, N m]."""
         squares = (wrenches[self.used].reshape(-1, 2, 3)**2).sum(axis=2)
         force, torque = np.sqrt(squares.mean(axis=0))
         return float(force), float(torque)
@@ -97,18 +61,10 @@ class PayloadFit:
 def fit_payload(link: LinkMotion, stamps: Array, wrenches: Array, gravity: Sequence[float],
                 ) -> PayloadFit:
     """
-    Return the payload that explains the wrenches best.
+    Return the payload that explains the wrenches of a sensor, fixed to a link, best.
 
-    Parameters
-    ----------
-    link : LinkMotion
-        Of the sensor's link.
-    stamps : array of int, shape (N,)
-        Of the wrenches, increasing [ns].
-    wrenches : array, shape (N, 6)
-        In the sensor's frame [N, N m].
-    gravity : sequence of three floats
-        Acceleration of free fall in base axes [m/s^2].
+    Stamps increase [ns], wrenches are of shape (N, 6) [N, N m], gravity is the acceleration of
+    free fall in base axes [m/s^2].
 
     Raises
     ------

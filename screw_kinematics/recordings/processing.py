@@ -35,27 +35,8 @@ class Task:
     """
     What is to be made of a recording; may be sent to other machines.
 
-    Parameters
-    ----------
-    source : Source
-        The recording.
-    robots : tuple of RobotSettings
-        As the node has them.
-    namespace : str
-        Of the node.
-    form : str
-        One of FORMS; empty: nothing is written.
-    folder : path
-        Where outputs go.
-    name : str
-        Of the outputs.
-    table : TableFormat
-        What is known of the recording if it is a table.
-    compare : bool
-        Whether what the node published is compared with the states.
-    stop_limit : float or None
-        Deceleration that is a hard stop [m/s^2]; None: the motion is not summed up.
-
+    The form is one of FORMS, or empty, if nothing is written; folder and name are of the outputs.
+    Without a stop limit [m/s^2] the motion is not summed up.
     """
 
     source: Source
@@ -95,34 +76,12 @@ class RobotOutcome:
     """
     What became of one robot's samples.
 
-    Attributes
-    ----------
-    name, topics, outputs : str and lists of str
-    received, states : int
-        Joint samples, and states made of them.
-    refused : dict of str to int
-        Samples that were not used, by reason.
-    missing : str
-        Of which joints nothing came, and what came instead; empty if all came.
-    period, longest_pause : float
-        Median time between two samples of the joints that come most seldom, and the longest
-        between two states [s].
-    accuracy, signal : float
-        RMS of the accelerations' expected errors, and of the accelerations, over the joints
-        [rad/s^2, m/s^2]; NaN where they are not estimated.
-    unknown : int
-        States that are left out of both: next to nothing is known of their accelerations, as
-        where slow samples begin and end.
-    summary : MotionSummary or None
-    findings : list of str
-        What is odd about the samples.
-    comparison : str
-        Of what the node published with the states, as text.
-    compared : int
-        Messages that could be compared.
-    error : str
-        Why nothing could be made of this robot, beside others.
-
+    States were made of the joint samples that were received and not refused, by reason; missing
+    is of which joints nothing came, and what came instead. The period is the median time between
+    samples of the joints that come most seldom, the longest pause between two states [s].
+    Accuracy and signal are the RMS of the accelerations' expected errors, and of the accelerations
+    themselves, over the joints; NaN where they are not estimated. Unknown are states left out of
+    both: next to nothing is known of their accelerations, as where slow samples begin and end.
     """
 
     name: str
@@ -146,36 +105,17 @@ class RobotOutcome:
 
 @dataclass
 class Outcome:
-    """
-    What became of a recording.
-
-    Attributes
-    ----------
-    name, place : str
-    size : int
-        Of the recording in bytes.
-    robots : list of RobotOutcome
-    damage : list of str
-        What is broken in it.
-    error : str
-        Why nothing could be made of it.
-    seconds : float
-    files : list of str
-        What was written.
-    before : bool
-        Whether this is from an earlier run.
-
-    """
+    """What became of a recording."""
 
     name: str
     place: str
-    size: int
+    size: int                                          # in bytes
     robots: list[RobotOutcome] = field(default_factory=list)
-    damage: list[str] = field(default_factory=list)
-    error: str = ''
+    damage: list[str] = field(default_factory=list)    # what is broken in it
+    error: str = ''                                    # why nothing could be made of it
     seconds: float = 0.0
-    files: list[str] = field(default_factory=list)
-    before: bool = False
+    files: list[str] = field(default_factory=list)     # what was written
+    before: bool = False                               # whether this is from an earlier run
 
     @property
     def samples(self) -> int:
@@ -194,17 +134,8 @@ def process(task: Task, run: Run = map,
     """
     Make the states of a recording and write them.
 
-    What goes wrong is in the outcome; nothing unfinished is left.
-
-    Parameters
-    ----------
-    task : Task
-        What is to be done.
-    run : callable
-        Smooths blocks, here or elsewhere, in their order.
-    progress : callable, optional
-        Gets the joint samples read so far, and how many are expected or 0.
-
+    What goes wrong is in the outcome; nothing unfinished is left. Blocks are smoothed by ``run``,
+    in their order; progress gets the joint samples read so far, and how many are expected or 0.
     """
     outcome = Outcome(task.name or task.source.name, without_password(task.source.place),
                       task.source.size)

@@ -20,24 +20,7 @@ from ..screws.se3 import Array
 
 
 def read_bag_histories(path: Path, quantities: Sequence[str]) -> list[History]:
-    """
-    Return the states in a bag, a history for each robot.
-
-    Parameters
-    ----------
-    path : path
-        A bag, or one of its files.
-    quantities : sequence of str
-        What to read; a robot of which one is missing is left out.
-
-    Raises
-    ------
-    UnknownNameError
-        No robot in the bag has all of the quantities.
-    ToolError
-        There are no states, or no bag.
-
-    """
+    """Return the states in a bag, a history for each robot that has all of the quantities."""
     robots: dict[str, dict[str, list[bytes]]] = defaultdict(lambda: defaultdict(list))
     for message in Recording(path).messages({KINDS[output].type_name for output in RECORDED}):
         robot, _, output = message.topic.lstrip('/').rpartition('/')

@@ -32,26 +32,10 @@ Sample = tuple[str, int, JointSample | MalformedMessageError]
 
 class Recording:
     """
-    A bag: a directory, or one of its storage files.
+    A bag: a directory, with ``metadata.yaml`` or without, or a file ending in .mcap, .db3, .bag.
 
-    Parameters
-    ----------
-    path : path
-        Directory, with ``metadata.yaml`` or without, or a file ending in .mcap, .db3 or .bag,
-        compressed as a whole (.zstd) or not.
-
-    Attributes
-    ----------
-    connections : list of Connection
-        What topics there are; `promised` is what the files or the metadata promise.
-    damage : list of str
-        What was found broken so far; messages that could be saved were delivered.
-
-    Raises
-    ------
-    ToolError
-        There is no bag at the path.
-
+    Files may be compressed as a whole (.zstd). What is broken is told by ``damage``; messages
+    that could be saved are delivered.
     """
 
     def __init__(self, path: Path) -> None:
@@ -92,17 +76,7 @@ class Recording:
         return sum(c.promised or 0 for c in self.connections if c.kind == JOINT_STATE)
 
     def messages(self, kinds: set[str], topics: set[str] | None = None) -> Iterator[Message]:
-        """
-        Yield the messages of some types, in order of reception.
-
-        Parameters
-        ----------
-        kinds : set of str
-            Message types, as 'sensor_msgs/msg/JointState'.
-        topics : set of str, optional
-            Only on these.
-
-        """
+        """Yield the messages of some types, of all topics or some, in order of reception."""
         delivered: Counter[tuple[str, str]] = Counter()
         for file in self._files:
             for message in file.messages(kinds, topics):

@@ -11,15 +11,7 @@ from .storage import CDR, Connection, jazzy_types, Message
 
 
 class Ros1Bag:
-    """
-    A bag of ROS 1, opened.
-
-    Parameters
-    ----------
-    path : path
-        The file, ending in .bag.
-
-    """
+    """A bag of ROS 1, opened."""
 
     def __init__(self, path: Path) -> None:
         self._types = jazzy_types('reading bags of ROS 1')     # which drop the seq of headers

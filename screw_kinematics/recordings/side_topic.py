@@ -21,24 +21,8 @@ def samples_on(recording: Recording | JointTable, topic: str,
     """
     Yield when each message of a topic came [ns], and what it says, or why it cannot be read.
 
-    Messages with stamp zero are taken to be of the moment they arrived.
-
-    Parameters
-    ----------
-    recording : Recording or JointTable
-        A table has no other topics.
-    topic : str
-        Its full name.
-    readers : mapping from str to callable
-        What reads messages, by their type.
-    what : str
-        What they are, for errors.
-
-    Raises
-    ------
-    ToolError
-        There is none.
-
+    Messages are read by their types, and called ``what`` in errors; those with stamp zero are
+    taken to be of the moment they arrived.
     """
     if isinstance(recording, JointTable):
         raise ToolError(f'{recording.path}: a table has no topic {topic}; allowed: a bag')

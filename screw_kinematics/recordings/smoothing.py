@@ -21,53 +21,19 @@ LEAST = 8
 
 
 class MotionBlock(NamedTuple):
-    """
-    Motion of all joints of a robot.
+    """Motion of all joints of a robot."""
 
-    Attributes
-    ----------
-    stamps, received : array of int, shape (N,)
-        The instants, and when their samples came [ns].
-    motion : array, shape (order + 1, N, n)
-        Positions, velocities, ... [rad or m, per s to the power of the derivative].
-    refused : Counter
-        Samples that were not used, by reason.
-    variances : array, shape (4, N, n)
-        Of positions, velocities, accelerations and jerks; NaN where they are not estimated.
-    period : float
-        Median time between two samples of the joints that come most seldom [s].
-    findings : tuple of str
-        What is odd about the samples.
-
-    """
-
-    stamps: Array
-    received: Array
-    motion: Array
-    refused: Counter[Reason]
-    variances: Array
-    period: float
-    findings: tuple[str, ...] = ()
+    stamps: Array                     # (N,) [ns]
+    received: Array                   # (N,), when their samples came [ns]
+    motion: Array                     # (order + 1, N, n), positions, velocities, ...
+    refused: Counter[Reason]          # samples that were not used
+    variances: Array                  # (4, N, n), to the jerks'; NaN where not estimated
+    period: float                     # median of those joints that come most seldom [s]
+    findings: tuple[str, ...] = ()    # what is odd about the samples
 
 
 class Smoother:
-    """
-    Smooths blocks of one robot; may be sent to other processes.
-
-    Parameters
-    ----------
-    settings : MotionSettings
-        As the node has them.
-    continuous : sequence of bool
-        For each joint whether its position wraps at 2 pi.
-    max_velocity : sequence of float
-        For each joint how fast it may seem to move [rad/s, m/s].
-    order : int
-        Highest derivative wanted, at most 4.
-    joint_names : sequence of str
-        What findings call them.
-
-    """
+    """Smooths blocks of one robot, to a derivative of at most 4; may be sent elsewhere."""
 
     def __init__(self, settings: MotionSettings, continuous: Sequence[bool],
                  max_velocity: Sequence[float], order: int, joint_names: Sequence[str]) -> None:

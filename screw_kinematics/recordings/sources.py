@@ -20,38 +20,16 @@ _RECORDINGS = (*(ending + more for ending in FORMATS for more in ('', '.zstd')),
 
 
 class Source(NamedTuple):
-    """
-    A recording somewhere.
+    """A recording somewhere."""
 
-    Attributes
-    ----------
-    place : str
-        Path or URL.
-    name : str
-        Short and different from all others', for outputs.
-    size : int
-        In bytes.
-    state : str
-        Changes when the recording changes.
-
-    """
-
-    place: str
-    name: str
-    size: int
-    state: str
+    place: str    # path or URL
+    name: str     # short and different from all others', for outputs
+    size: int     # in bytes
+    state: str    # changes when the recording changes
 
 
 def find_sources(paths: Sequence[str]) -> list[Source]:
-    """
-    Return the recordings at paths: each a recording, a folder of them, or a pattern.
-
-    Raises
-    ------
-    ToolError
-        There is none at a path.
-
-    """
+    """Return the recordings at paths: each a recording, a folder of them, or a pattern."""
     places: dict[str, tuple[int, str]] = {}
     for path in paths:
         found = dict(_remote(path) if '://' in path else _local(path))
@@ -66,17 +44,7 @@ def find_sources(paths: Sequence[str]) -> list[Source]:
 
 @contextmanager
 def opened(place: str, table: TableFormat) -> Iterator[Recording | JointTable]:
-    """
-    Open a recording; one that is elsewhere is copied to a temporary folder.
-
-    Parameters
-    ----------
-    place : str
-        Path or URL.
-    table : TableFormat
-        What is known of it if it is a table.
-
-    """
+    """Open a recording; one that is elsewhere is copied to a temporary folder."""
     if '://' in place:
         with TemporaryDirectory(prefix='screw_kinematics_') as folder:
             files, path = _filesystem(place)

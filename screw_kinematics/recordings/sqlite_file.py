@@ -25,12 +25,6 @@ class SqliteFile:
 
     Where a recorder that was killed left a journal beside the file, both are copied to a
     temporary folder and put together there: SQLite would write into the recording.
-
-    Parameters
-    ----------
-    path : path
-        The file.
-
     """
 
     def __init__(self, path: Path) -> None:

@@ -34,65 +34,22 @@ Run = Callable[[Callable[[Block], MotionBlock], Iterable[Block]], Iterable[Motio
 
 
 class StateBlock(NamedTuple):
-    """
-    States of a robot at many instants.
+    """States of a robot at many instants."""
 
-    Attributes
-    ----------
-    stamps, received : array of int, shape (N,)
-        What they describe, and when the joint sample came [ns].
-    motion : array, shape (order + 1, N, n)
-        Of the joints.
-    values : array, shape (N, size)
-        All outputs of the program, one after the other.
-    variances : array, shape (4, N, n)
-        Of positions, velocities, accelerations and jerks of the joints.
-    base : array, shape (N, BASE_INPUTS), or None
-        The motion of the base in the world, if the states are relative to that.
-    base_variances : array, shape (N, 24), or None
-        Of its twist and the derivatives.
-
-    """
-
-    stamps: Array
-    received: Array
-    motion: Array
-    values: Array
-    variances: Array
-    base: Array | None = None
-    base_variances: Array | None = None
+    stamps: Array                          # (N,), what they describe [ns]
+    received: Array                        # (N,), when the joint sample came [ns]
+    motion: Array                          # (order + 1, N, n), of the joints
+    values: Array                          # (N, size), all outputs of the program
+    variances: Array                       # (4, N, n), of the joints' positions to jerks
+    base: Array | None = None              # (N, BASE_INPUTS), in the world
+    base_variances: Array | None = None    # (N, 24), of its twist and the derivatives
 
 
 class RecordedRobot:
     """
     A robot in a recording, and what is made of its joint samples.
 
-    Parameters
-    ----------
-    settings : RobotSettings
-        As the node has them.
-    model : SerialChain
-        Or any model with ``joint_names`` and ``compile``.
-    namespace : str
-        Of the node.
-    order : int
-        Derivative of the joints' positions that is wanted, beside what the outputs need.
-
-    Attributes
-    ----------
-    outputs : tuple of str
-        Those of the settings that are made from recordings.
-    account : Account
-        What became of the samples.
-    period : float
-        Median time between two samples, in the latest block [s].
-    findings : list of str
-        What is odd about the samples; of several blocks the first.
-    base : BaseTrack or None
-        How the base moves, once the states are being made, if they are relative to the world.
-    sensor : WrenchSensor or None
-        The force sensor, once the states are being made, if its compensated wrench is wanted.
-
+    The order is the joints' highest derivative that is wanted, beside what the outputs need.
     """
 
     def __init__(self, settings: RobotSettings, model: Any, namespace: str = '',
@@ -183,15 +140,7 @@ def _batch(program: Any, motion: Array, base: Array | None) -> dict[str, Array]:
 
 def recorded_robot(recording: Recording | JointTable, settings: RobotSettings, namespace: str,
                    order: int = 0) -> RecordedRobot:
-    """
-    Return a robot with its model, which may be in the recording.
-
-    Raises
-    ------
-    ModelError, ToolError
-        The model is not readable; the recording has no description on the topic.
-
-    """
+    """Return a robot with its model, which may be in the recording."""
     text = None
     if not settings.description:
         topic = full_name(namespace, settings.description_topic)

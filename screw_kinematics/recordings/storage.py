@@ -32,23 +32,11 @@ class Connection(NamedTuple):
 
 
 class StorageFile(Protocol):
-    """
-    One file of a bag.
+    """One file of a bag."""
 
-    Attributes
-    ----------
-    connections : list of Connection
-        Its topics; a topic may have several types.
-    start : int
-        When its first message was received [ns].
-    damage : list of str
-        What was found broken so far, each with the file and the byte or the message.
-
-    """
-
-    connections: list[Connection]
-    start: int
-    damage: list[str]
+    connections: list[Connection]    # a topic may have several types
+    start: int                       # when its first message was received [ns]
+    damage: list[str]                # found so far, each with the file and the byte or the message
 
     def messages(self, kinds: set[str], topics: set[str] | None) -> Iterator[Message]:
         """Yield messages of some types, and topics unless None, in order of reception."""

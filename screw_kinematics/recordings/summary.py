@@ -32,25 +32,11 @@ class MotionSummary:
     """
     Speeds, accelerations, workspace and odd moments of a tip, relative to what its states are.
 
-    Attributes
-    ----------
-    seconds : float
-        How long the states are of, without pauses.
-    speed, turning, acceleration : array, shape (360,)
-        Seconds by class: of linear and angular speed, and of linear acceleration.
-    peaks : dict of str to (float, int)
-        Largest values and when [ns].
-    low, high : array, shape (3,)
-        Bounds of the positions [m].
-    path : list of (float, float, float)
-        Some of the positions.
-    history : list of (float, float, float)
-        Since the start [s], largest speed and acceleration of a stretch [m/s, m/s^2].
-    near_singular : float
-        Seconds near a singularity; NaN where that is not known.
-    stops : list of (int, float)
-        When the tip was slowed down harder than the limit, and how hard [ns, m/s^2].
-
+    Speed, turning (the angular speed) and acceleration (the linear one) are seconds by class;
+    peaks are largest values and when [ns], low and high bounds of the positions [m]. The path is
+    of some positions; the history of stretches: time since the start, largest speed and
+    acceleration. Stops are hard ones: when [ns], and how hard. Seconds near a singularity are
+    NaN where that is not known.
     """
 
     seconds: float = 0.0
@@ -87,17 +73,7 @@ class MotionSummary:
 
 
 class Summarizer:
-    """
-    Sums up the states of one robot in one recording.
-
-    Parameters
-    ----------
-    robot : RecordedRobot
-        Whose states come.
-    stop_limit : float
-        Deceleration that is a hard stop [m/s^2].
-
-    """
+    """Sums up the states of one robot in one recording; a hard stop exceeds the limit [m/s^2]."""
 
     def __init__(self, robot: RecordedRobot, stop_limit: float) -> None:
         self.summary = MotionSummary()

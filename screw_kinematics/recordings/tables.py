@@ -54,17 +54,10 @@ def unit(column: str) -> str:
 
 class TableWriter:
     """
-    Writes states block by block.
+    Writes states block by block, into a file ending in .csv or .parquet.
 
-    Parameters
-    ----------
-    path : path
-        Ending in .csv or .parquet.
-    quantities : sequence of str
-        In the order of their columns.
-    about : mapping of str to str
-        What the states are of: robot, base_frame, tip_frame. Parquet keeps it, and the units.
-
+    Columns are in the order of the quantities. Parquet keeps what the states are about (robot,
+    base_frame, tip_frame), and the units.
     """
 
     def __init__(self, path: Path, quantities: Sequence[str], about: Mapping[str, str]) -> None:
@@ -83,17 +76,7 @@ class TableWriter:
             self._writer = parquet.ParquetWriter(str(path), self._schema)
 
     def write(self, stamps: Array, values: Sequence[Array]) -> None:
-        """
-        Append rows.
-
-        Parameters
-        ----------
-        stamps : array of int, shape (N,)
-            In ns.
-        values : sequence of array, shape (N, 6) or, for poses, (N, 7)
-            One per quantity: angular first; position and quaternion.
-
-        """
+        """Append rows: stamps [ns], and for each quantity an array, of poses with quaternions."""
         arrays = [stamps, *(column for block in values for column in block.T)]
         self._parts.append(self._arrow.table(
             [np.ascontiguousarray(array) for array in arrays], schema=self._schema))
@@ -112,24 +95,7 @@ class TableWriter:
 
 
 def read_history(path: Path, quantities: Sequence[str]) -> History:
-    """
-    Return states out of a table.
-
-    Parameters
-    ----------
-    path : path
-        Ending in .csv or .parquet.
-    quantities : sequence of str
-        What to read.
-
-    Raises
-    ------
-    UnknownNameError
-        A quantity is not in the table.
-    ToolError
-        The file is no such table.
-
-    """
+    """Return states out of a table."""
     arrow = _arrow()
     if path.suffix not in ENDINGS:
         raise ToolError(f'{path}: allowed: a file ending in {" or ".join(ENDINGS)}')

@@ -13,18 +13,7 @@ class Unfinished:
     """
     A temporary folder beside the outputs, which come to their places when all is well.
 
-    Parameters
-    ----------
-    folder : path
-        Where the outputs go; made if needed.
-    name : str
-        Of the work; what an earlier try under this name left is removed.
-
-    Attributes
-    ----------
-    path : path
-        Of the temporary folder.
-
+    What an earlier try under this name left is removed.
     """
 
     def __init__(self, folder: Path, name: str) -> None:

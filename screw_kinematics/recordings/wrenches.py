@@ -24,15 +24,7 @@ def recorded_wrenches(recording: Recording | JointTable, topic: str,
 
 def recorded_sensor(recording: Recording | JointTable, settings: RobotSettings, model: Any,
                     topic: str) -> WrenchSensor:
-    """
-    Return a force sensor that knows all that was recorded.
-
-    Raises
-    ------
-    ToolError
-        Nothing was, or all of it is refused.
-
-    """
+    """Return a force sensor that knows all that was recorded."""
     sensor = WrenchSensor(settings, kept=True)
     sensor.mount(model)
     for sample in recorded_wrenches(recording, topic):

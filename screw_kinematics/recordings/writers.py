@@ -40,18 +40,7 @@ class StateWriter(Protocol):
 
 
 class BagWriter:
-    """
-    A bag of ROS 2 with the messages the node would have published.
-
-    Parameters
-    ----------
-    path : path
-        Of the bag.
-    storage : {'mcap', 'sqlite3'}
-    namespace : str
-        Of the node.
-
-    """
+    """A bag of ROS 2, in mcap or sqlite3, with the messages the node would have published."""
 
     def __init__(self, path: Path, storage: str, namespace: str) -> None:
         self._types = jazzy_types('writing bags')
@@ -127,15 +116,7 @@ class _Told:
 
 
 class TablesWriter:
-    """
-    A table for each robot.
-
-    Parameters
-    ----------
-    place : callable
-        From a robot's name to the path of its table.
-
-    """
+    """A table for each robot, in the place that its name gives."""
 
     def __init__(self, place: Callable[[str], Path]) -> None:
         self._place = place
@@ -160,17 +141,7 @@ class TablesWriter:
 
 
 class DataSetWriter(TablesWriter):
-    """
-    Parts of a Parquet data set: ``robot=NAME/date=YYYY-MM-DD/RECORDING.parquet``.
-
-    Parameters
-    ----------
-    folder : path
-        Of the data set.
-    recording : str
-        Name of the parts.
-
-    """
+    """Parts of a Parquet data set: ``robot=NAME/date=YYYY-MM-DD/RECORDING.parquet``."""
 
     def __init__(self, folder: Path, recording: str) -> None:
         super().__init__(lambda robot: folder / f'robot={robot.replace("/", "_")}')

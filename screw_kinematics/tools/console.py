@@ -58,19 +58,7 @@ class Parser(argparse.ArgumentParser):
 
 
 def parser(tool: str, description: str, examples: str) -> Parser:
-    """
-    Return a tool's parser; its name and its examples are as the user has to type them.
-
-    Parameters
-    ----------
-    tool : str
-        Name of the tool.
-    description : str
-        What it does; the docstring of its module.
-    examples : str
-        Command lines that begin with the tool's name, with a remark each.
-
-    """
+    """Return a tool's parser; its name and its examples are as the user has to type them."""
     command = command_of(tool, Path(sys.argv[0]))
     return Parser(command, description, re.sub(rf'(?m)^  {tool}\b', f'  {command}', examples))
 
@@ -99,15 +87,7 @@ def in_the_way(places: Iterable[Path]) -> str:
 
 def run(tool: Callable[[argparse.Namespace], int], options: argparse.ArgumentParser,
         argv: Sequence[str] | None) -> int:
-    """
-    Run a tool and turn what goes wrong into one line and an exit code.
-
-    Returns
-    -------
-    int
-        Exit code: what the tool returns, or 2 after an error, or 130 after Ctrl-C.
-
-    """
+    """Run a tool; return its exit code, 2 after an error told in one line, 130 after Ctrl-C."""
     complete(options)
     arguments = options.parse_args(without_ros_arguments(sys.argv[1:] if argv is None else argv))
     try:

@@ -58,21 +58,7 @@ class Stream:
 
 
 class Listener:
-    """
-    A ROS node that listens to topics in the present thread.
-
-    Parameters
-    ----------
-    topics : mapping of str to message type
-    name, namespace : str
-        Of the node.
-
-    Raises
-    ------
-    MissingExtraError, ParameterError
-        rclpy is not installed; namespace or topic has no valid name.
-
-    """
+    """A ROS node that listens to topics, given with their types, in the present thread."""
 
     def __init__(self, topics: Mapping[str, Any], name: str, namespace: str = '') -> None:
         require_ros()
@@ -158,15 +144,7 @@ def rotation_of(message: Any) -> Array:
 
 
 def require_ros() -> None:
-    """
-    Check that ROS can be imported.
-
-    Raises
-    ------
-    MissingExtraError
-        rclpy is not installed.
-
-    """
+    """Raise MissingExtraError if ROS cannot be imported."""
     try:
         import rclpy    # noqa: F401
     except ImportError:
@@ -174,15 +152,7 @@ def require_ros() -> None:
 
 
 def check_names(namespace: str, topics: Iterable[str]) -> None:
-    """
-    Check names before ROS does, which would tell of wrong ones by a traceback.
-
-    Raises
-    ------
-    ParameterError
-        The namespace or a topic has no valid name.
-
-    """
+    """Raise ParameterError for a name that is not valid, of which ROS tells by a traceback."""
     from rclpy.exceptions import NameValidationException
     from rclpy.validate_namespace import validate_namespace
     from rclpy.validate_topic_name import validate_topic_name

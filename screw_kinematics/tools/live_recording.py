@@ -35,19 +35,7 @@ def add_options(options: argparse.ArgumentParser) -> None:
 @contextmanager
 def recording_of(arguments: argparse.Namespace, robots: Collection[RobotSettings], topic: str,
                  ) -> Iterator[Recording]:
-    """
-    Give the recording of the options: the joint states of robots, and another topic.
-
-    Raises
-    ------
-    ParameterError
-        It is a table, or there is none and it is not allowed to listen so long.
-    ToolError
-        Nobody publishes what is asked for.
-    MissingExtraError
-        ROS is needed to listen, and is not there.
-
-    """
+    """Give the recording of the options: the joint states of robots, and another topic."""
     if arguments.bag is not None:
         with opened(arguments.bag, TableFormat()) as recording:
             if isinstance(recording, JointTable):

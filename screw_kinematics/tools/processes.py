@@ -50,19 +50,7 @@ class Children:
         self._running.clear()
 
     def start(self, name: str, module: str, arguments: Sequence[str]) -> None:
-        """
-        Start ``python -m module arguments``; its output is kept for error messages.
-
-        Parameters
-        ----------
-        name : str
-            What the process is called in messages.
-        module : str
-            Its full name.
-        arguments : sequence of str
-            Its command line.
-
-        """
+        """Start ``python -m module arguments``; its output is kept for error messages."""
         output = tempfile.TemporaryFile()
         process = subprocess.Popen(
             [sys.executable, '-m', module, *arguments], stdin=subprocess.DEVNULL,
@@ -71,15 +59,7 @@ class Children:
         self._running.append((name, process, output))
 
     def check(self) -> None:
-        """
-        Raise if a process has ended, with the last lines it wrote.
-
-        Raises
-        ------
-        ToolError
-            Its message names the process and its exit code.
-
-        """
+        """Raise ToolError if a process has ended, with the last lines it wrote."""
         for name, process, output in self._running:
             code = process.poll()
             if code is not None:
@@ -88,15 +68,7 @@ class Children:
 
 
 def end_with_parent(parent: int) -> None:
-    """
-    Ask the kernel to send SIGTERM when the parent dies; called in the child.
-
-    Parameters
-    ----------
-    parent : int
-        Process id of the parent.
-
-    """
+    """Ask the kernel to send SIGTERM when the parent dies; called in the child."""
     if sys.platform != 'linux':
         return
     ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGTERM)

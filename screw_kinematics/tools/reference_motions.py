@@ -35,18 +35,7 @@ class ReferenceMotion(Protocol):
         """
         Return positions and their time derivatives up to an order.
 
-        Parameters
-        ----------
-        t : array, shape (...)
-            Time since the start [s].
-        order : int
-            The highest derivative.
-
-        Returns
-        -------
-        list of order + 1 arrays, shape (..., dof)
-            In rad or m, and per second to the power of their order.
-
+        At times of any shape (...) [s]; each is an array of shape (..., dof).
         """
 
 
@@ -54,12 +43,7 @@ class Sinusoids:
     """
     A sum of sinusoids per joint: ``q = centre + sum_k A_k sin(w_k t + phase_k)``.
 
-    Parameters
-    ----------
-    centre : array, shape (dof,)
-        Mean positions [rad, m].
-    amplitudes, frequencies, phases : array, shape (dof, number of sinusoids)
-        Amplitudes [rad, m], angular frequencies [rad/s], phases [rad].
+    Amplitudes [rad, m], angular frequencies [rad/s] and phases [rad] have a row for each joint.
 
     Examples
     --------
@@ -91,13 +75,6 @@ class MinimumJerk:
     Minimum-jerk moves to and fro between two postures, with a rest after each.
 
     ``q = start + (goal - start) (10 s^3 - 15 s^4 + 6 s^5)``, s = t / duration.
-
-    Parameters
-    ----------
-    start, goal : array, shape (dof,)
-        Postures [rad, m].
-    duration, rest : float
-        Time of one move and of the rest after it [s].
 
     Examples
     --------
@@ -144,24 +121,10 @@ def reference_motion(name: str, kinds: Sequence[str],
     """
     Return one of the named motions for a robot's measured joints.
 
-    Parameters
-    ----------
-    name : {'paper', 'minjerk', 'multisine'}
-        The paper's sinusoids (its amplitudes repeat on arms of more than 6 joints),
-        minimum-jerk moves to and fro, or a sum of five sinusoids of 0.1 to 2 Hz.
-    kinds : sequence of str
-        Kinds of the measured joints; prismatic ones move a quarter as many metres as the
-        others move radians.
-    centre : array, shape (dof,), optional
-        Mean posture [rad, m]; 10 degrees everywhere, as in the paper, by default.
-    size : float
-        Factor of all amplitudes.
-
-    Raises
-    ------
-    ParameterError
-        There is no motion of this name.
-
+    The paper's sinusoids (its amplitudes repeat on arms of more than 6 joints), minimum-jerk moves
+    to and fro, or a sum of five sinusoids of 0.1 to 2 Hz; about 10 degrees everywhere, as in the
+    paper, if no centre is given. Prismatic joints move a quarter as many metres as the others move
+    radians.
     """
     if name not in MOTIONS:
         raise ParameterError('motion', name, ', '.join(MOTIONS))

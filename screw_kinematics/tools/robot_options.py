@@ -47,12 +47,6 @@ def load(arguments: argparse.Namespace, symbolic: bool = False) -> Any:
     Return the robot of the options; print what was passed over in its description.
 
     Lengths that a model file names stay symbols if wanted.
-
-    Raises
-    ------
-    ModelError
-        The model cannot be read.
-
     """
     symbol = None
     if symbolic:

@@ -37,18 +37,7 @@ def settings_of(arguments: argparse.Namespace, instead: Mapping[str, Any] | None
     """
     Return the settings of each robot, and of each tip of several.
 
-    Parameters
-    ----------
-    arguments : argparse.Namespace
-        With params_file and namespace; robot, base, tip, name and topic of the only robot.
-    instead : mapping of str to value, optional
-        Parameters of robots that take precedence.
-
-    Raises
-    ------
-    ToolError, ParameterError
-        The file is not readable, or a parameter has a wrong value.
-
+    Parameters given instead take precedence over those of the file.
     """
     instead = instead or {}
     if arguments.params_file is not None:

@@ -39,29 +39,7 @@ def own_namespace() -> str:
 
 
 class Stage:
-    """
-    A robot that moves as a reference motion says, and the node that watches it.
-
-    Parameters
-    ----------
-    arguments : argparse.Namespace
-        Of :func:`add_options`.
-
-    Attributes
-    ----------
-    robot : SerialChain or ParallelManipulator
-    name, namespace : str
-        Of the robot in topics, and of all topics.
-    motion : ReferenceMotion
-    start : int
-        Epoch time of the motion's t = 0 [ns].
-
-    Raises
-    ------
-    MissingExtraError, ModelError, ParameterError
-        ROS is not installed, or an option has a wrong value.
-
-    """
+    """A robot that moves as a reference motion says, and the node that watches it."""
 
     def __init__(self, arguments: argparse.Namespace) -> None:
         require_ros()
@@ -75,7 +53,7 @@ class Stage:
         self.name = name if name[:1].isalpha() else f'robot_{name}'.rstrip('_')
         self.namespace = arguments.namespace
         self.motion = robot_options.motion(self.robot, arguments.motion)
-        self.start = time.time_ns()
+        self.start = time.time_ns()     # when the motion's time is 0
 
     def run(self, children: Children) -> None:
         """Start the node and the publisher of the joint states."""

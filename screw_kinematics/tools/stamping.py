@@ -20,44 +20,16 @@ Random = np.random.Generator
 
 
 class Stamping(NamedTuple):
-    """
-    Times of one message, since the beginning of the motion [s].
+    """Times of one message, since the beginning of the motion [s]."""
 
-    Parameters
-    ----------
-    reading : float
-        When the joints were where the message says.
-    stamp : float
-        What the message says that was.
-    sent : float
-        When the message comes.
-
-    """
-
-    reading: float
-    stamp: float
-    sent: float
+    reading: float    # when the joints were where the message says
+    stamp: float      # what the message says that was
+    sent: float       # when the message comes
 
 
 def stampings(way: str, rate: float, begin: float = 0.0, seed: int = 0) -> Iterator[Stamping]:
     """
     Yield the messages of a driver, without end, in the order in which they come.
-
-    Parameters
-    ----------
-    way : str
-        One of :data:`WAYS`.
-    rate : float
-        Messages per second, nominally [Hz].
-    begin : float
-        Time of the first, about [s].
-    seed : int
-        Of what is random.
-
-    Raises
-    ------
-    ParameterError
-        There is no such way.
 
     Examples
     --------

@@ -24,15 +24,7 @@ def add_options(options: argparse.ArgumentParser) -> None:
 
 
 def table_format(arguments: argparse.Namespace) -> TableFormat:
-    """
-    Return what the options say of tables.
-
-    Raises
-    ------
-    ParameterError
-        An option has a wrong value.
-
-    """
+    """Return what the options say of tables."""
     columns = dict(_pair(entry) for entry in arguments.columns.split(',') if entry)
     units = [unit for unit in arguments.units.split(',') if unit]
     for unit in units:

@@ -16,15 +16,7 @@ from ...recordings.processing import explanation, Outcome, RobotOutcome, Task
 
 
 class Bar:
-    """
-    One bar for all recordings: how much is read, how fast, and what is left.
-
-    Parameters
-    ----------
-    tasks : sequence of Task
-        All of them.
-
-    """
+    """One bar for all recordings: how much is read, how fast, and what is left."""
 
     def __init__(self, tasks: Sequence[Task]) -> None:
         console = Console(stderr=True)

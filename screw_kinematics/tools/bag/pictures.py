@@ -17,19 +17,7 @@ _LEFT, _RIGHT, _TOP, _BOTTOM = 54, 12, 22, 34
 
 
 def curves(title: str, across: str, x: Array, series: Sequence[tuple[str, Array]]) -> str:
-    """
-    Return curves above each other, each with its own scale from 0.
-
-    Parameters
-    ----------
-    title, across : str
-        Of the picture and of its horizontal axis, with unit.
-    x : array, shape (N,)
-        Abscissas.
-    series : sequence of (str, array of shape (N,))
-        Label with unit, and ordinates; at most two.
-
-    """
+    """Return at most two curves above each other, each with its own scale from 0 and label."""
     parts = []
     for i, (label, values) in enumerate(series):
         top = _TOP + i * _HEIGHT
@@ -43,15 +31,7 @@ def distribution(title: str, across: str, edges: Array, seconds: Array) -> str:
     """
     Return for how much of the time a quantity was at least a value, over its logarithm.
 
-    Parameters
-    ----------
-    title, across : str
-        Of the picture and of its horizontal axis, with unit.
-    edges : array, shape (N + 1,)
-        Bounds of the classes.
-    seconds : array, shape (N,)
-        Time by class.
-
+    The time is given by classes, ``seconds[k]`` between ``edges[k]`` and ``edges[k + 1]``.
     """
     there = np.flatnonzero(seconds)
     if not len(there):
@@ -66,17 +46,7 @@ def distribution(title: str, across: str, edges: Array, seconds: Array) -> str:
 
 
 def path_views(title: str, points: Array) -> str:
-    """
-    Return a path from above and from the side, in the same scale.
-
-    Parameters
-    ----------
-    title : str
-        Of the picture.
-    points : array, shape (N, 3)
-        In m.
-
-    """
+    """Return a path, of shape (N, 3) [m], from above and from the side, in the same scale."""
     middle = (points.min(axis=0) + points.max(axis=0)) / 2
     half = max(float(np.ptp(points, axis=0).max()) / 2, 1e-3) * 1.05
     size = (_WIDTH - 2 * _LEFT) // 2

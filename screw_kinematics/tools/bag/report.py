@@ -35,19 +35,7 @@ _MOST_STOPS = 20
 
 
 def write_report(path: Path, outcomes: Sequence[Outcome], stop_limit: float) -> None:
-    """
-    Write the page.
-
-    Parameters
-    ----------
-    path : path
-        Where; an earlier one is replaced.
-    outcomes : sequence of Outcome
-        Of all recordings, with their summaries.
-    stop_limit : float
-        Deceleration that is called a hard stop [m/s^2].
-
-    """
+    """Write the page; a hard stop decelerates by more than the limit [m/s^2]."""
     page = ''.join(_page(outcomes, stop_limit))
     unfinished = path.with_name(f'.{path.name}.unfinished')
     path.parent.mkdir(parents=True, exist_ok=True)

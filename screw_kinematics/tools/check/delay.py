@@ -36,25 +36,8 @@ def recommend(label: str, names: Sequence[str], time: Array, position: Array,
     """
     Yield what the estimator makes of the samples, and the settings to choose.
 
-    The truth is taken from the acausal smoother, which sees the future of each sample.
-
-    Parameters
-    ----------
-    label : str
-        Of the samples, for messages.
-    names : sequence of str
-        Of the joints.
-    time : array, shape (N,)
-        Stamps that increase [s].
-    position : array, shape (N, n)
-        Positions [rad, m], finite.
-    velocity : array, shape (N, n), optional
-        Velocities [rad/s, m/s].
-    continuous : sequence of bool
-        Whether positions wrap at 2 pi.
-    delay : float
-        That is set at present [s].
-
+    The truth is taken from the acausal smoother, which sees the future of each sample. Positions
+    and velocities are of shape (N, n) [rad, m], finite; the delay is that set at present [s].
     """
     time, position = time[-_MOST:], position[-_MOST:]
     velocity = None if velocity is None else velocity[-_MOST:]

@@ -14,21 +14,9 @@ _STYLES = {FACT: 'green', REMARK: 'yellow', PROBLEM: 'bold red'}
 
 
 class Finding(NamedTuple):
-    """
-    One thing found.
+    """One thing found: with its name and value, and what to do about it."""
 
-    Attributes
-    ----------
-    level : str
-        'fact', 'remark' (works, but could be better) or 'problem' (will not work).
-    what : str
-        With the name and the value.
-    advice : str
-        What to do about it.
-
-    """
-
-    level: str
+    level: str    # fact; remark: works, but could be better; or problem: will not work
     what: str
     advice: str = ''
 

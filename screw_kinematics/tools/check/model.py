@@ -13,15 +13,7 @@ from ...parallel import ParallelProgram
 
 
 def report_model(robot: Any) -> Iterator[Finding]:
-    """
-    Yield what is found in a model that could be read.
-
-    Parameters
-    ----------
-    robot : SerialChain or ParallelManipulator
-        The model.
-
-    """
+    """Yield what is found in a model that could be read."""
     yield Finding(FACT, f'{robot!r}')
     for warning in robot.warnings:
         yield Finding(REMARK, warning)

@@ -28,23 +28,7 @@ _MEASURED = {
 
 def compare_clocks(recording: Recording, settings: RobotSettings, namespace: str, topic: str,
                    picture: Path | None = None) -> Iterator[Finding]:
-    """
-    Yield how far the clock of the joint states is from that of another stream.
-
-    Parameters
-    ----------
-    recording : Recording
-        Of both.
-    settings : RobotSettings
-        Of the robot; the other stream is fixed to its tip frame.
-    namespace : str
-        Of the node.
-    topic : str
-        Of the other stream.
-    picture : path, optional
-        Where to draw it.
-
-    """
+    """Yield how far the joint states' clock is from that of a stream fixed to the robot's tip."""
     topic = full_name(namespace, topic)
     stream = read_stream(recording, topic)
     link = link_motion(recording, settings, namespace)

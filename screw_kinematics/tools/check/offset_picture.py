@@ -22,27 +22,7 @@ _NARROW = 5e-3      # offsets beside the one found that are drawn densely [s]
 
 def draw_offset(path: Path, topic: str, stream: Stream, groups: Sequence[Channels],
                 measured: Sequence[str], link: LinkMotion, found: ClockOffset) -> None:
-    """
-    Write a picture: the share of the motion by offset, and the signals where they move most.
-
-    Parameters
-    ----------
-    path : path
-        Of the picture.
-    topic : str
-        Of the other stream.
-    stream : Stream
-        What came on it.
-    groups : sequence of Channels
-        What was compared.
-    measured : sequence of str
-        What each of them is.
-    link : LinkMotion
-        From the joint states.
-    found : ClockOffset
-        Of the two.
-
-    """
+    """Draw the share of the motion by offset, and the signals where they move most."""
     plt = pyplot()
     plt.switch_backend('agg')       # into a file, wherever this runs
     figure, (above, below) = plt.subplots(2, 1, figsize=(8, 6), layout='constrained')

@@ -18,21 +18,7 @@ _HELD = 0.2             # share of repeated readings from which on they are the 
 
 def report_readings(label: str, names: Sequence[str], kinds: Sequence[str], time: Array,
                     position: Array) -> Iterator[Finding]:
-    """
-    Yield what is found in the positions.
-
-    Parameters
-    ----------
-    label : str
-        Of the samples, for messages.
-    names, kinds : sequence of str
-        Of the joints.
-    time : array, shape (N,)
-        Stamps [s].
-    position : array, shape (N, n)
-        Positions [rad, m], finite.
-
-    """
+    """Yield what is found in positions of shape (N, n) [rad, m], finite, over stamps [s]."""
     steps = np.abs(np.diff(position, axis=0))
     still = [name for name, moved in zip(names, np.ptp(position, axis=0)) if moved == 0]
     if len(still) == len(names):

@@ -23,19 +23,7 @@ _LEAST = 20
 
 def report_streams(topic: str, streams: JointStreams,
                    wanted: Mapping[str, str]) -> Iterator[Finding]:
-    """
-    Yield what is found in the samples of a topic.
-
-    Parameters
-    ----------
-    topic : str
-        Its name.
-    streams : JointStreams
-        What came on it.
-    wanted : mapping of str to str
-        Kinds of the robot's measured joints, by name.
-
-    """
+    """Yield what is found in the samples of a topic, of joints whose kinds are given by name."""
     if streams.malformed:
         yield Finding(PROBLEM, f'{topic}: {streams.malformed} messages cannot be read: '
                                f'{streams.last_error}')

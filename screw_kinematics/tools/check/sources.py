@@ -29,17 +29,7 @@ def report_sources(topic: str, label: str, names: Sequence[str], received: Array
     """
     Yield whether two sources take turns in messages with the same names, and what each says.
 
-    Parameters
-    ----------
-    topic, label : str
-        Of the samples.
-    names : sequence of str
-        Of the joints.
-    received : array of int, shape (N,)
-        When the messages came [ns].
-    position : array, shape (N, n)
-        Positions [rad, m], finite.
-
+    When the messages came is in ns; positions are of shape (N, n) [rad, m], finite.
     """
     jumps = _jumps(position)
     jumping = jumps > max(_HITS, _SHARE * len(position))
@@ -97,17 +87,7 @@ def report_velocity_field(label: str, names: Sequence[str], time: Array, positio
     """
     Yield which joints' velocity fields hold their positions, or a constant.
 
-    Parameters
-    ----------
-    label : str
-        Of the samples.
-    names : sequence of str
-        Of the joints.
-    time : array, shape (N,)
-        Stamps [s].
-    position, velocity : array, shape (N, n)
-        Positions [rad, m]; velocities, NaN where there is none.
-
+    Stamps are in s; positions and velocities of shape (N, n), velocities NaN where there is none.
     """
     positions, constants = [], []
     steps = np.diff(time)

@@ -24,22 +24,7 @@ class Heard(NamedTuple):
 
 
 def listen(topics: Collection[str], descriptions: Collection[str], seconds: float) -> Heard:
-    """
-    Listen to joint states and robot descriptions.
-
-    Parameters
-    ----------
-    topics, descriptions : collection of str
-        Full names of topics.
-    seconds : float
-        How long.
-
-    Raises
-    ------
-    MissingExtraError, ParameterError
-        rclpy is not installed; a topic has no valid name.
-
-    """
+    """Listen for some seconds to topics of joint states and of robot descriptions."""
     require_ros()
     check_names('', [*topics, *descriptions])
     from sensor_msgs.msg import JointState

@@ -53,15 +53,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def demonstrate(arguments: argparse.Namespace) -> int:
-    """
-    Start node and joint states, show states, end both.
-
-    Raises
-    ------
-    ToolError
-        A process ended by itself, or no state came within a minute.
-
-    """
+    """Start node and joint states, show states, end both."""
     played = stage.Stage(arguments)
     if arguments.view:
         with StopRequest() as stop:

@@ -16,17 +16,7 @@ from ...screws.se3 import Array
 
 
 def rows(exact: BodyState, pose: Any, twist: Any, accel: Any) -> tuple[Row, ...]:
-    """
-    Return the rows of a view from messages of the node with one stamp.
-
-    Parameters
-    ----------
-    exact : BodyState
-        The true state at the stamp.
-    pose, twist, accel : geometry_msgs.msg.Pose, Twist, Accel
-        Of the tip, in base axes.
-
-    """
+    """Return the rows of a view from messages of the node with one stamp."""
     velocity, exact_velocity = six_vector(twist), exact.classical(1)
     acceleration, exact_acceleration = six_vector(accel), exact.classical(2)
     position, exact_position = xyz(pose.position), exact.pose[:3, 3]

@@ -20,16 +20,7 @@ WIDE = 80
 
 @dataclass(frozen=True)
 class Row:
-    """
-    One vector or number of the state.
-
-    Parameters
-    ----------
-    quantity, symbol, unit : str
-    measured, exact : array, shape (3,) or (1,)
-        What the node published, and the truth at the same stamp.
-
-    """
+    """One vector or number of the state: as the node published it, and the truth at its stamp."""
 
     quantity: str
     symbol: str
@@ -45,44 +36,20 @@ class Row:
 
 @dataclass(frozen=True)
 class View:
-    """
-    All that is shown at one instant.
+    """All that is shown at one instant."""
 
-    Parameters
-    ----------
-    title, frames : str
-        Robot and motion; whose motion, in which axes, of which point.
-    elapsed : float
-        Time since the motion began, at the stamp of the state [s].
-    rows : tuple of Row
-    rates : mapping of str to float
-        Messages per second, by topic [Hz].
-    age : float
-        Time from the stamp to now [s].
-    delay : float
-        Delay the estimator was asked for [s].
-
-    """
-
-    title: str
-    frames: str
-    elapsed: float
+    title: str                    # robot and motion
+    frames: str                   # whose motion, in which axes, of which point
+    elapsed: float                # since the motion began, at the stamp of the state [s]
     rows: tuple[Row, ...]
-    rates: Mapping[str, float]
-    age: float
-    delay: float
+    rates: Mapping[str, float]    # messages per second, by topic
+    age: float                    # from the stamp to now [s]
+    delay: float                  # that the estimator was asked for [s]
 
 
 @dataclass(frozen=True)
 class LiveTable:
-    """
-    The view as a table for 80 columns; in narrower windows by symbols, with fewer digits.
-
-    Parameters
-    ----------
-    view : View
-
-    """
+    """The view as a table for 80 columns; in narrower windows by symbols, with fewer digits."""
 
     view: View
 

@@ -24,12 +24,6 @@ def parallel_files(robot: Any, request: Request) -> dict[str, str]:
 
     A state's reduced and classical forms ask for the same equations, which are of the
     reduced one; the Jacobian is in those of the velocity.
-
-    Raises
-    ------
-    ToolError, ParameterError
-        Another quantity, other axes or another pole are wanted.
-
     """
     from ...symbolic.parallel import ParallelFormulas
     for quantity in request.quantities:

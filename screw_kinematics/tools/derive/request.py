@@ -25,37 +25,17 @@ FALLBACK = 'tip_motion'
 
 @dataclass(frozen=True)
 class Request:
-    """
-    What to derive, and how to write it.
-
-    Parameters
-    ----------
-    quantities : tuple of Quantity
-        In the order of the answer.
-    language : {'text', 'latex', 'python', 'c'}
-    form : {'closed', 'straight'}
-        One formula a component, or named intermediate terms.
-    title : str
-        Name of the robot in headings.
-    function : str
-        Name of the function in code.
-    axes, pole : {'base', 'tip'}
-        Axes of the vectors, and reference point of the linear parts.
-    simplified : bool
-    tolerance : float
-        As of :func:`~screw_kinematics.symbolic.exact_chain`.
-
-    """
+    """What to derive, in the order of the answer, and how to write it."""
 
     quantities: tuple[Quantity, ...]
-    language: str
-    form: str
-    title: str
-    function: str
-    axes: str
-    pole: str
+    language: str       # text, latex, python or c
+    form: str           # closed: one formula a component; straight: named intermediate terms
+    title: str          # name of the robot in headings
+    function: str       # name of the function in code
+    axes: str           # of the vectors: base or tip
+    pole: str           # reference point of the linear parts: base or tip
     simplified: bool
-    tolerance: float
+    tolerance: float    # as of symbolic.exact_chain
 
     @property
     def is_code(self) -> bool:
@@ -71,11 +51,6 @@ class Request:
 def function_name(robot: str, given: str | None) -> str:
     """
     Return the name of the function in code: what was given, or one made of the robot's.
-
-    Raises
-    ------
-    ParameterError
-        The given one is no name of a function in Python and C.
 
     Examples
     --------

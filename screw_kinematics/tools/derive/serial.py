@@ -24,15 +24,7 @@ from ...screws.se3 import Array
 
 
 def serial_files(robot: Any, request: Request) -> dict[str, str]:
-    """
-    Return what is asked for of an open chain: text by the ending of its file.
-
-    Raises
-    ------
-    ToolError
-        The robot is not an open chain.
-
-    """
+    """Return what is asked for of an open chain: text by the ending of its file."""
     if not isinstance(robot, SerialChain):
         raise ToolError(
             f'{robot.name}: a parallel robot has no closed form of its motion and no '

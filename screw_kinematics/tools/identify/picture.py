@@ -14,17 +14,7 @@ _SHOWN = 4.0    # [s]
 
 
 def draw_payload(path: Path, found: Identified) -> None:
-    """
-    Write a picture of the force and the torque that the weight alone explains least.
-
-    Parameters
-    ----------
-    path : path
-        Of the picture.
-    found : Identified
-        The payload and its wrenches.
-
-    """
+    """Draw the force and the torque that the weight alone explains least."""
     fit = found.fit
     time = (fit.stamps - fit.stamps[0]) * 1e-9
     begin = max(float(time[-1]) - _SHOWN, 0.0) / 2

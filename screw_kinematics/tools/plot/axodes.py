@@ -20,23 +20,7 @@ _FARTHEST = 3.0
 
 
 def draw_axodes(robot: Manipulator, motion: ReferenceMotion, time: Array) -> Any:
-    """
-    Draw the axodes of a robot's tip in a motion.
-
-    Parameters
-    ----------
-    robot : SerialChain or ParallelManipulator
-        What moves.
-    motion : ReferenceMotion
-        How its measured joints move.
-    time : array, shape (N,)
-        Instants [s].
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-
-    """
+    """Draw the axodes of a robot's tip in a motion, from lines at some instants [s]."""
     state = robot.state(*motion.derivatives(time, 1))
     found = axodes(state)
     pose, path = np.asarray(state.pose[0], float), np.asarray(state.pose[:, :3, 3], float)

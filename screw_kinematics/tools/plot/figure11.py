@@ -18,18 +18,7 @@ _TITLES = ('angular velocity $\\omega$', 'linear velocity $v$',
 
 
 def draw_figure11() -> Any:
-    """
-    Draw the states of the PUMA robot for 0 <= t <= 2 pi, q_i = 10 deg + A_i sin t.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-
-    References
-    ----------
-    The paper, section 4.2 and Figure 11.
-
-    """
+    """Draw the states of the PUMA robot for 0 <= t <= 2 pi, q_i = 10 deg + A_i sin t."""
     plt = pyplot()
     puma = models.load(PUMA)
     time = np.linspace(0.0, 2.0 * np.pi, 201)

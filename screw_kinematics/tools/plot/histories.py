@@ -23,15 +23,7 @@ ENDINGS = ('.png', '.svg', '.pdf')
 
 
 def pyplot() -> Any:
-    """
-    Return matplotlib's pyplot.
-
-    Raises
-    ------
-    MissingExtraError
-        Matplotlib is not installed.
-
-    """
+    """Return matplotlib's pyplot."""
     try:
         from matplotlib import pyplot as plt
     except ImportError:
@@ -50,28 +42,7 @@ def check_ending(path: Path, option: str = 'plot') -> None:
 
 def motion_history(robot: Any, motion: ReferenceMotion, time: Array, quantities: Sequence[str],
                    name: str = '') -> History:
-    """
-    Return the exact states of a robot in a reference motion.
-
-    Parameters
-    ----------
-    robot : SerialChain
-        With measured joints as the motion has them.
-    motion : ReferenceMotion
-        Known exactly.
-    time : array, shape (N,)
-        Instants [s].
-    quantities : sequence of str
-        Any of ``QUANTITIES``.
-    name : str
-        For titles.
-
-    Raises
-    ------
-    UnknownNameError
-        A quantity is not one of them.
-
-    """
+    """Return the exact states of a robot in a reference motion, at instants [s]."""
     for quantity in quantities:
         if quantity not in QUANTITIES:
             raise UnknownNameError('quantity', quantity, QUANTITIES)
@@ -83,20 +54,9 @@ def motion_history(robot: Any, motion: ReferenceMotion, time: Array, quantities:
 
 def draw_history(histories: Sequence[History], millimetres: bool = False) -> Any:
     """
-    Draw angular and linear parts of each quantity against time.
+    Draw angular and linear parts of each quantity of the first history against time.
 
-    Parameters
-    ----------
-    histories : sequence of History
-        The first gives the quantities; further ones are drawn over it, dashed, for
-        comparison.
-    millimetres : bool
-        Lengths in mm instead of m.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-
+    Further ones are drawn over it, dashed, for comparison.
     """
     plt = pyplot()
     first = histories[0]

@@ -27,18 +27,6 @@ def draw_space(robot: Manipulator, q: Array, qd: Array) -> Any:
 
     An open chain is drawn with its joint screws, a parallel manipulator with the axes of the
     wrenches that its locked actuators hold.
-
-    Parameters
-    ----------
-    robot : SerialChain or ParallelManipulator
-        What to draw.
-    q, qd : array, shape (dof,)
-        Positions [rad, m] and rates [rad/s, m/s] of the measured joints.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-
     """
     state = robot.state(q, qd)
     pose, twist = np.asarray(state.pose, float), np.asarray(state.velocity, float)
@@ -99,19 +87,7 @@ def _draw_limbs(picture: _Picture, robot: ParallelManipulator, q: Array, tip: Ar
 
 
 class _Picture:
-    """
-    A part of space, large enough for a robot and for the screw axis of its motion.
-
-    Parameters
-    ----------
-    points : array, shape (n, 3)
-        Of the robot [m].
-    screw : Screw
-        Of the tip's motion, pole at the tip.
-    tip : array, shape (3,)
-        The tip [m].
-
-    """
+    """A part of space, large enough for a robot's points and for the screw axis of its tip."""
 
     def __init__(self, points: Array, screw: Screw, tip: Array) -> None:
         self._screw = screw

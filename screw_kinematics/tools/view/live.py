@@ -25,20 +25,9 @@ _REMEMBERED = 64    # joint samples
 
 class LiveRobots(Listener):
     """
-    Listens to the node and to the joint states that it gets.
+    Listens to the node and to the joint states that it gets; appends snapshots to the motions.
 
-    Parameters
-    ----------
-    motions : sequence of ShownMotion
-        The robots; snapshots are appended to them. Where one has a ``world``, its pose is listened
-        to, which tells where its base is.
-    joint_topics : sequence of sequence of str
-        Topics of each one's joint states.
-    namespace : str
-        Of the node.
-    exact : callable, optional
-        Gives the truth, where it is known.
-
+    Where a motion has a ``world``, its pose is listened to, which tells where its base is.
     """
 
     def __init__(self, motions: Sequence[ShownMotion], joint_topics: Sequence[Sequence[str]],
@@ -76,22 +65,9 @@ class LiveRobots(Listener):
 def look_around(namespace: str, topics: Collection[str], seconds: float = 3.0,
                 ) -> tuple[list[str], dict[str, str]]:
     """
-    Return the robots whose twist and acceleration are published, and robot descriptions.
+    Return the robots whose twist and acceleration are published, and descriptions by topic.
 
-    Parameters
-    ----------
-    namespace : str
-        Of the node.
-    topics : collection of str
-        Full names of the topics of descriptions.
-    seconds : float
-        How long to listen; less if all descriptions have come.
-
-    Returns
-    -------
-    names : list of str
-    descriptions : dict from topic to URDF text
-
+    Listens as long as told, or until all descriptions have come.
     """
     with Listener({}, 'screw_kinematics_view') as listener:
         found = listener.descriptions(topics)

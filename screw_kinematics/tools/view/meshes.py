@@ -17,17 +17,7 @@ from ...screws.se3 import Array, inverse
 
 
 class RobotMeshes:
-    """
-    The bodies of a URDF, placed by the positions of a chain's joints.
-
-    Parameters
-    ----------
-    urdf : yourdfpy.URDF
-        With its visual scene.
-    robot : SerialChain
-        Whose joints are known, and whose base frame is the scene's.
-
-    """
+    """The bodies of a URDF, placed by the positions of a chain's joints."""
 
     def __init__(self, urdf: Any, robot: Manipulator) -> None:
         self._urdf = urdf
@@ -56,17 +46,7 @@ class RobotMeshes:
 
 
 def load_meshes(description: str, robot: Manipulator) -> tuple[RobotMeshes | None, str]:
-    """
-    Return the bodies of a robot, or None and why there are none.
-
-    Parameters
-    ----------
-    description : str
-        A file or its URI, or a URDF text.
-    robot : SerialChain or ParallelManipulator
-        The model made of it.
-
-    """
+    """Return the bodies of a robot, or None and why there are none."""
     try:
         import yourdfpy
     except ImportError:

@@ -16,37 +16,19 @@ from ...screws.se3 import Array
 @dataclass(frozen=True, slots=True, eq=False)
 class Snapshot:
     """
-    A robot at an instant: classical states about the tip, in axes of what they are relative to.
+    A robot at an instant.
 
-    Parameters
-    ----------
-    time : float
-        Since the beginning [s].
-    q : array, shape (dof,)
-        Positions of the measured joints [rad, m].
-    skeleton : tuple of array, shape (points, 3)
-        Lines of its links [m].
-    pose : array, shape (4, 4)
-        Of the tip [m].
-    twist, accel : array, shape (6,)
-        Of the tip [rad/s, m/s; rad/s^2, m/s^2].
-    covariance : array, shape (3, 3), optional
-        Of the linear acceleration [m^2/s^4].
-    exact : array, shape (2, 6), optional
-        The true twist and acceleration, where they are known.
-    base : array, shape (4, 4)
-        Pose of a moving base [m].
-
+    States are classical, about the tip, in axes of what they are relative to.
     """
 
-    time: float
-    q: Array
-    skeleton: tuple[Array, ...]
-    pose: Array
-    twist: Array
-    accel: Array
-    covariance: Array | None = None
-    exact: Array | None = None
+    time: float                        # since the beginning [s]
+    q: Array                           # (dof,), measured joints [rad, m]
+    skeleton: tuple[Array, ...]        # lines of the links, (points, 3) each [m]
+    pose: Array                        # (4, 4), of the tip [m]
+    twist: Array                       # (6,), of the tip [rad/s, m/s]
+    accel: Array                       # (6,), of the tip [rad/s^2, m/s^2]
+    covariance: Array | None = None    # (3, 3), of the linear acceleration [m^2/s^4]
+    exact: Array | None = None         # (2, 6), the true twist and acceleration
     base: Array = field(default_factory=lambda: np.eye(4))
 
     @property
@@ -57,32 +39,14 @@ class Snapshot:
 
 @dataclass(eq=False)
 class ShownMotion:
-    """
-    The snapshots of a robot, in order.
-
-    Parameters
-    ----------
-    name : str
-        Of the robot.
-    robot : SerialChain or ParallelManipulator
-        Its model.
-    snapshots : list of Snapshot
-        In the order of their times.
-    doubts : sequence of str
-        What is to be said of its joint states.
-    description : str
-        URDF text or file from which meshes may be taken; empty: none.
-    world : str
-        Frame that a moving base moves in; empty: the base stands.
-
-    """
+    """The snapshots of a robot, in order of time."""
 
     name: str
     robot: Manipulator
     snapshots: list[Snapshot] = field(default_factory=list)
-    doubts: Sequence[str] = ()
-    description: str = ''
-    world: str = ''
+    doubts: Sequence[str] = ()    # what is to be said of its joint states
+    description: str = ''         # URDF text or file for meshes; or empty
+    world: str = ''               # frame that a moving base moves in; or empty
 
     @property
     def end(self) -> float:
@@ -116,42 +80,17 @@ class ShownMotion:
 
 
 def moved(lines: Sequence[Array], base: Array) -> tuple[Array, ...]:
-    """
-    Return lines of points as a moving base carries them.
-
-    Parameters
-    ----------
-    lines : sequence of array, shape (..., points, 3)
-        In base coordinates [m].
-    base : array, shape (..., 4, 4)
-        Pose of the base [m].
-
-    Returns
-    -------
-    tuple of array, shape (..., points, 3)
-        Where the base is given [m].
-
-    """
+    """Return lines of points, of shape (..., points, 3) [m], as a moving base carries them."""
     turn, place = np.swapaxes(base[..., :3, :3], -1, -2), base[..., None, :3, 3]
     return tuple(line @ turn + place for line in lines)
 
 
 def tip_covariance(jacobian: Array, variance: Array) -> Array:
     """
-    Return the covariance of the tip's linear acceleration from that of the joints'.
+    Return the covariance of the tip's linear acceleration, of shape (..., 3, 3) [m^2/s^4].
 
-    Parameters
-    ----------
-    jacobian : array, shape (..., 6, n)
-        Pole at the tip.
-    variance : array, shape (..., n)
-        Of the accelerations of joints, and of a moving base.
-
-    Returns
-    -------
-    array, shape (..., 3, 3)
-        [m^2/s^4]
-
+    From the Jacobian about the tip, and the variances of the accelerations of what is in its
+    columns.
     """
     linear = jacobian[..., 3:, :]
     return linear * np.asarray(variance)[..., None, :] @ np.swapaxes(linear, -1, -2)

@@ -23,19 +23,7 @@ _GAP = 1.6      # between robots, in sizes of one
 
 
 def open_server(host: str, port: int) -> Any:
-    """
-    Return a viser server that answers at an address.
-
-    Raises
-    ------
-    MissingExtraError
-        viser is not installed.
-    ParameterError
-        There is no such port.
-    ToolError
-        Nobody can answer at the address.
-
-    """
+    """Return a viser server that answers at an address."""
     require_viser()
     _try_address(host, port)
     import viser
@@ -57,15 +45,7 @@ def _try_address(host: str, port: int) -> None:
 
 
 def require_viser() -> None:
-    """
-    Check that the page can be made.
-
-    Raises
-    ------
-    MissingExtraError
-        viser is not installed.
-
-    """
+    """Raise MissingExtraError if the page cannot be made."""
     try:
         import viser    # noqa: F401
     except ImportError:
@@ -73,19 +53,7 @@ def require_viser() -> None:
 
 
 class Page:
-    """
-    Robots in a viser server's page.
-
-    Parameters
-    ----------
-    server : viser.ViserServer
-        Of :func:`open_server`.
-    motions : sequence of ShownMotion
-        What is shown; of live ones the latest state.
-    live : bool
-        Whether states are still coming.
-
-    """
+    """Robots in a viser server's page; of live ones the latest state."""
 
     def __init__(self, server: Any, motions: Sequence[ShownMotion], live: bool = False) -> None:
         self._motions = list(motions)

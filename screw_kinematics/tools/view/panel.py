@@ -21,19 +21,7 @@ _POINTS = 240       # of a series
 
 
 class Panel:
-    """
-    The controls of a page, and what is written on it.
-
-    Parameters
-    ----------
-    server : viser.ViserServer
-        Whose page.
-    motions : sequence of ShownMotion
-        The robots.
-    live : bool
-        Whether states are still coming: there is nothing to wind back then.
-
-    """
+    """The controls of a page, and what is written on it; live states cannot be wound back."""
 
     def __init__(self, server: Any, motions: Sequence[ShownMotion], live: bool) -> None:
         gui = self._gui = server.gui

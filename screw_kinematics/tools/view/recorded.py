@@ -25,24 +25,7 @@ MOST = 12_000
 
 def recorded_motions(path: str, robots: Sequence[RobotSettings], namespace: str,
                      ) -> list[ShownMotion]:
-    """
-    Return what is shown of the robots of a recording.
-
-    Parameters
-    ----------
-    path : str
-        A bag, a table of joint states, or the URL of one.
-    robots : sequence of RobotSettings
-        As the node has them.
-    namespace : str
-        Of the node.
-
-    Raises
-    ------
-    ToolError
-        There is no recording, or no state of any robot in it.
-
-    """
+    """Return what is shown of the robots of a recording: a bag, a table, or the URL of one."""
     source = find_sources([path])[0]
     motions = []
     for settings in robots:

@@ -16,24 +16,7 @@ from ...screws.rotations import quaternion_from_rotation
 
 
 def write_rerun(path: Path, motions: Sequence[ShownMotion]) -> None:
-    """
-    Write links, tip, trail, arrows and time series of robots.
-
-    Parameters
-    ----------
-    path : path
-        Ending in .rrd.
-    motions : sequence of ShownMotion
-        What to write.
-
-    Raises
-    ------
-    MissingExtraError
-        rerun-sdk is not installed.
-    ToolError
-        The file has another ending, or is there already.
-
-    """
+    """Write links, tip, trail, arrows and time series of robots into a new .rrd file."""
     try:
         import rerun as rr
     except ImportError:

@@ -64,32 +64,7 @@ def round_scale(largest: float, length: float) -> float:
 
 
 class RobotScene:
-    """
-    The nodes of one robot in a viser scene.
-
-    Parameters
-    ----------
-    server : viser.ViserServer
-        Whose scene.
-    motion : ShownMotion
-        What is shown.
-    offset : array, shape (3,)
-        Where the robot's base is drawn [m].
-    meshes : RobotMeshes, optional
-        The links' bodies; without them the skeleton is drawn.
-
-    Attributes
-    ----------
-    scales : dict of str to float
-        Metres of arrow per unit of each quantity.
-    factor : float
-        By which all arrows are longer than that.
-    shown : dict of str to bool
-        What is visible: the quantities, 'screw', 'trail', 'truth', 'frames'.
-    middle : array, shape (3,)
-        Of the robot at first [m].
-
-    """
+    """The nodes of one robot in a viser scene, drawn at an offset; without meshes its skeleton."""
 
     def __init__(self, server: Any, motion: ShownMotion, offset: Array,
                  meshes: RobotMeshes | None) -> None:
@@ -98,9 +73,9 @@ class RobotScene:
         self._root = f'/{motion.name}'
         self._size = motion.size
         self._meshes = meshes
-        self.scales: dict[str, float] = {}
+        self.scales: dict[str, float] = {}      # metres of arrow per unit of a quantity
         self.fit(motion.snapshots)
-        self.factor = 1.0
+        self.factor = 1.0                       # by which all arrows are longer than that
         self.shown = {name: True for name in (*QUANTITIES, 'screw', 'trail', 'truth', 'frames')}
         self._nodes: dict[str, Any] = {}
         first = motion.at(0.0)
