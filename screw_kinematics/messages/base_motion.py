@@ -17,21 +17,8 @@ class BaseSample(NamedTuple):
     """
     What a message says of the motion of a base; not checked for NaN.
 
-    Attributes
-    ----------
-    stamp_ns : int
-        Time of the measurement [ns].
-    frame : str
-        The moving frame: the twist is of it, about its origin, in its axes.
-    twist : tuple of 6 float
-        Angular, then linear [rad/s, m/s].
-    world : str or None
-        Frame that the pose is given in; None: there is no pose.
-    position : tuple of 3 float
-        Of the moving frame in it [m].
-    quaternion : tuple of 4 float
-        x, y, z, w.
-
+    The twist, angular, then linear [rad/s, m/s], is of the moving frame, about its origin, in its
+    axes; its position [m] and quaternion (x, y, z, w) are in the world, if that is not None.
     """
 
     stamp_ns: int
@@ -43,15 +30,7 @@ class BaseSample(NamedTuple):
 
 
 def read_odometry(data: bytes) -> BaseSample:
-    """
-    Return the sample in a serialized `nav_msgs/Odometry`, whose twist is in the child frame.
-
-    Raises
-    ------
-    MalformedMessageError
-        The bytes are no such message.
-
-    """
+    """Return the sample in a serialized `nav_msgs/Odometry`, whose twist is in the child frame."""
     stamp_ns, (world, child), floats = read_headed('Odometry', data, 2, 13 + 2 * _COVARIANCE)
     first = 7 + _COVARIANCE
     return BaseSample(stamp_ns, child, _six_vector(floats[first:first + 6]), world,
@@ -59,15 +38,7 @@ def read_odometry(data: bytes) -> BaseSample:
 
 
 def read_twist(data: bytes) -> BaseSample:
-    """
-    Return the sample in a serialized `geometry_msgs/TwistStamped`, in the axes of its frame.
-
-    Raises
-    ------
-    MalformedMessageError
-        The bytes are no such message.
-
-    """
+    """Return the sample in a serialized `geometry_msgs/TwistStamped`, in the axes of its frame."""
     stamp_ns, (frame,), floats = read_headed('TwistStamped', data, 1, 6)
     return BaseSample(stamp_ns, frame, _six_vector(floats))
 

@@ -17,19 +17,10 @@ def read_headed(kind: str, data: bytes, names: int, count: int,
     """
     Return stamp [ns], frame names, and numbers of a message in plain little-endian CDR.
 
-    Parameters
-    ----------
-    kind : str
-        Name of the type, for errors.
-    data : bytes
-        The message.
-    names, count : int
-        How many frame names, and how many numbers behind them it has.
-
     Raises
     ------
     MalformedMessageError
-        The bytes are no such message.
+        The bytes are no message with so many names, and so many numbers behind them.
 
     """
     if data[:2] != _PLAIN:

@@ -15,17 +15,9 @@ from .stamped import StampedEncoder, UNSTAMPED, with_count, with_floats, with_te
 
 class _ArraysEncoder(StampedEncoder):
     """
-    The layout of a message with so many arrays, one number for each joint.
+    The layout of a message with so many arrays, one number for each joint; efforts are empty.
 
-    Parameters
-    ----------
-    joint_names : sequence of str
-    frame_id : str
-    arrays : int
-        Arrays with numbers; an empty one for efforts follows.
-    points : bool
-        Whether they are the only one of a sequence of points, each of which ends in a duration.
-
+    The arrays may be the only one of a sequence of points, each of which ends in a duration.
     """
 
     __slots__ = ()
@@ -47,15 +39,7 @@ class _ArraysEncoder(StampedEncoder):
 
 
 class JointStateEncoder(_ArraysEncoder):
-    """
-    Writes `JointState` with positions and velocities.
-
-    Parameters
-    ----------
-    joint_names : sequence of str
-        In the order of the values, at least one.
-
-    """
+    """Writes `JointState` with positions and velocities."""
 
     __slots__ = ()
 
@@ -64,15 +48,7 @@ class JointStateEncoder(_ArraysEncoder):
 
 
 class JointTrajectoryEncoder(_ArraysEncoder):
-    """
-    Writes `JointTrajectory` of one point, from start: positions, velocities, accelerations.
-
-    Parameters
-    ----------
-    joint_names : sequence of str
-        In the order of the values, at least one.
-
-    """
+    """Writes `JointTrajectory` of one point, from start: positions, velocities, accelerations."""
 
     __slots__ = ()
 

@@ -38,17 +38,9 @@ class JointSample(NamedTuple):
     """
     The content of a joint state message that matters here.
 
-    Attributes
-    ----------
-    stamp_ns : int
-        Time of the measurement in ns.
-    names : tuple of str
-        Joint names; the same object as long as the names stay the same, so that what was
-        worked out for them can be kept under its identity.
-    position, velocity : tuple of float
-        Values in rad or m, and rad/s or m/s; as long as they were in the message, which
-        may be shorter or longer than the names. Not checked for NaN.
-
+    Names are the same object as long as they stay the same, so that what was worked out for them
+    can be kept under its identity. Positions [rad, m] and velocities are as long as they were in
+    the message, shorter or longer than the names, and not checked for NaN.
     """
 
     stamp_ns: int
@@ -61,11 +53,7 @@ class JointStateDecoder:
     """
     Reads serialized joint state messages.
 
-    Parameters
-    ----------
-    foreign : callable, optional
-        Reads what is not plain little-endian CDR; raises MalformedMessageError.
-
+    What is not plain little-endian CDR is read by ``foreign``, which raises MalformedMessageError.
     """
 
     def __init__(self, foreign: Callable[[bytes], JointSample] | None = None) -> None:
@@ -76,8 +64,6 @@ class JointStateDecoder:
     def decode(self, data: bytes) -> JointSample:
         """
         Return the sample in a serialized message.
-
-        Plain little-endian CDR is read here; everything else by ``foreign``.
 
         Raises
         ------
@@ -125,13 +111,7 @@ class _Layout:
     """
     Where things are in one message, and in all that differ only in stamp and numbers.
 
-    Parameters
-    ----------
-    data : bytes
-        A message in plain little-endian CDR.
-    known_names : list of tuple of str
-        Names met before: equal ones are represented by the same object.
-
+    Names that equal some met before are represented by the same object.
     """
 
     __slots__ = ('names', '_numbers')

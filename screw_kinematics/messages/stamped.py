@@ -27,15 +27,8 @@ class StampedEncoder:
     """
     The layout of messages that differ in stamp and numbers only.
 
-    Parameters
-    ----------
-    body : bytes
-        One of them, from its stamp on.
-    places : sequence of int
-        Where in the body each number is.
-    order : sequence of int
-        Which of the values it is.
-
+    The body is one of them, from its stamp on; for each number there is its place in it, and which
+    of the values it is.
     """
 
     __slots__ = ('_message',)
@@ -46,14 +39,7 @@ class StampedEncoder:
 
     def encode(self, stamp_ns: int, values: Sequence[float]) -> bytes:
         """
-        Return the serialized message.
-
-        Parameters
-        ----------
-        stamp_ns : int
-            Time in ns.
-        values : sequence of float
-            In the order that the class says, in rad and m.
+        Return the serialized message, of values in the order that the class says.
 
         Raises
         ------
@@ -72,17 +58,7 @@ class StampedEncoder:
 
 
 class _FramesEncoder(StampedEncoder):
-    """
-    The layout of one message type with fixed frame names.
-
-    Parameters
-    ----------
-    frames : sequence of str
-        The strings between stamp and floats.
-    order : sequence of int
-        Which of the values each float is.
-
-    """
+    """The layout of a message type with fixed frame names, between the stamp and the floats."""
 
     __slots__ = ()
 
@@ -95,17 +71,7 @@ class _FramesEncoder(StampedEncoder):
 
 
 class TwistEncoder(_FramesEncoder):
-    """
-    Writes `TwistStamped` and `AccelStamped`, which are alike on the wire: six values.
-
-    Parameters
-    ----------
-    frame_id : str
-        Frame whose axes the vectors are expressed in.
-    first : int
-        Where they begin among the values.
-
-    """
+    """Writes `TwistStamped` and `AccelStamped`, alike on the wire: six values from a first on."""
 
     __slots__ = ()
 
@@ -114,19 +80,7 @@ class TwistEncoder(_FramesEncoder):
 
 
 class VelocityEncoder(_FramesEncoder):
-    """
-    Writes `VelocityStamped`: a twist that names both bodies.
-
-    Parameters
-    ----------
-    frame_id : str
-        Frame whose axes the vectors are expressed in.
-    body_frame_id, reference_frame_id : str
-        The body that moves, and the one it is seen from.
-    first : int
-        Where the six begin among the values.
-
-    """
+    """Writes `VelocityStamped`: a twist, in axes of a frame, that names both bodies."""
 
     __slots__ = ()
 
@@ -137,15 +91,7 @@ class VelocityEncoder(_FramesEncoder):
 
 
 class PoseEncoder(_FramesEncoder):
-    """
-    Writes `PoseStamped` from position (x, y, z) in m and unit quaternion (x, y, z, w).
-
-    Parameters
-    ----------
-    frame_id : str
-        Frame in which the pose is given.
-
-    """
+    """Writes `PoseStamped` from position (x, y, z) in m and unit quaternion (x, y, z, w)."""
 
     __slots__ = ()
 
@@ -154,15 +100,7 @@ class PoseEncoder(_FramesEncoder):
 
 
 class WrenchEncoder(_FramesEncoder):
-    """
-    Writes `WrenchStamped` from force [N] and torque [N m].
-
-    Parameters
-    ----------
-    frame_id : str
-        Frame of the sensor.
-
-    """
+    """Writes `WrenchStamped` from force [N] and torque [N m]."""
 
     __slots__ = ()
 
@@ -175,12 +113,6 @@ class TwistWithCovarianceEncoder(_FramesEncoder):
     Writes `TwistWithCovarianceStamped` and `AccelWithCovarianceStamped`.
 
     Takes 42 values: a six-vector and its covariance (6, 6) row by row, angular first both.
-
-    Parameters
-    ----------
-    frame_id : str
-        Frame whose axes the vectors are expressed in.
-
     """
 
     __slots__ = ()
@@ -196,12 +128,6 @@ class ImuEncoder(_FramesEncoder):
 
     Orientation (x, y, z, w) and its covariance (3, 3) row by row, angular velocity and its
     covariance, specific force and its covariance.
-
-    Parameters
-    ----------
-    frame_id : str
-        Frame of the sensor, in whose axes the vectors are expressed.
-
     """
 
     __slots__ = ()

@@ -17,23 +17,10 @@ _ANGULAR_FIRST = [3, 4, 5, 0, 1, 2]
 
 def read_states(type_name: str, floats: int, messages: list[bytes]) -> tuple[Array, Array]:
     """
-    Return stamps and values of messages of one topic of the node.
+    Return stamps, of shape (N,) [ns], and values of messages of one topic of the node.
 
-    Parameters
-    ----------
-    type_name : str
-        Their type, for errors.
-    floats : int
-        How many numbers each ends with: 7 for a pose, else 6.
-    messages : list of bytes
-        Serialized, in plain little-endian CDR.
-
-    Returns
-    -------
-    stamps : array of int, shape (N,)
-        In ns.
-    values : array, shape (N, 6) or, for poses, (N, 7)
-        Angular first; position and quaternion.
+    As many numbers as each message ends with: 7 for a pose, position and quaternion, else 6,
+    angular first.
 
     Raises
     ------

@@ -11,34 +11,14 @@ TYPE = 'geometry_msgs/msg/WrenchStamped'
 
 
 class WrenchSample(NamedTuple):
-    """
-    The content of a message.
+    """The content of a message."""
 
-    Attributes
-    ----------
-    stamp_ns : int
-        Time of the measurement [ns].
-    frame_id : str
-        In whose axes and about whose origin it is.
-    values : tuple of float
-        Force [N] and torque [N m], not checked for NaN.
-
-    """
-
-    stamp_ns: int
-    frame_id: str
-    values: tuple[float, ...]
+    stamp_ns: int                # of the measurement [ns]
+    frame_id: str                # in whose axes and about whose origin it is
+    values: tuple[float, ...]    # force [N] and torque [N m], not checked for NaN
 
 
 def read_wrench(data: bytes) -> WrenchSample:
-    """
-    Return what a serialized message says.
-
-    Raises
-    ------
-    MalformedMessageError
-        The bytes are no such message.
-
-    """
+    """Return what a serialized message says."""
     stamp_ns, (frame,), values = read_headed('WrenchStamped', data, 1, 6)
     return WrenchSample(stamp_ns, frame, values)

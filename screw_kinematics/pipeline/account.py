@@ -15,21 +15,10 @@ class Account:
     """
     What became of the messages for one robot.
 
-    Attributes
-    ----------
-    received : int
-    outputs : int
-        Messages that led to outputs at once.
-    incomplete : int
-        Those of them whose outputs of a higher derivative than is known yet were left out.
-    without_base : int
-        Those after which what is relative to the world was left out.
-    used_later : Counter of Reason
-        Messages that were used otherwise, by what for: merged with later ones, ...
-    refused : Counter of Reason
-        Messages that were not used.
-    details : dict from Reason to str
-        What is to be said beyond a reason, of its latest message.
+    Of the messages that led to outputs at once, the incomplete ones left out outputs of a higher
+    derivative than is known yet, and those without base what is relative to the world. Others were
+    used later, merged with other joints' for instance, or refused. Details say more than a reason,
+    of its latest message.
 
     Examples
     --------

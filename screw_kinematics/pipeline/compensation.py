@@ -19,19 +19,7 @@ from ..messages.wrench import WrenchSample
 
 
 class WrenchWriter:
-    """
-    Writes the wrench at the instant of a state, less what is not contact.
-
-    Parameters
-    ----------
-    slices : mapping from str to slice
-        Where the program's outputs are among the values of a state.
-    settings : RobotSettings
-        Of the tip: its payload, the sensor's bias, gravity.
-    sensor : WrenchSensor
-        On this tip.
-
-    """
+    """Writes the wrench at the instant of a state, less what is not contact."""
 
     def __init__(self, slices: Slices, settings: RobotSettings, sensor: WrenchSensor) -> None:
         self._motion = OwnMotion(slices, settings)
@@ -64,13 +52,7 @@ class Compensation:
     """
     Brings states and wrenches together, whichever comes first.
 
-    Parameters
-    ----------
-    writer : WrenchWriter
-    sensor : WrenchSensor
-    patience : float
-        A state waits for its wrench until another one comes that is later by more than this [s].
-
+    A state waits for its wrench until one comes that is later by more than the patience [s].
     """
 
     def __init__(self, writer: WrenchWriter, sensor: WrenchSensor, patience: float) -> None:

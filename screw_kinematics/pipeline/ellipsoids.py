@@ -15,36 +15,14 @@ from ..screws.se3 import Array
 
 
 class Ellipsoid(NamedTuple):
-    """
-    One standard deviation in all directions.
+    """One standard deviation in all directions."""
 
-    Attributes
-    ----------
-    axes : array, shape (3, 3)
-        A rotation: its columns are the principal axes.
-    radii : array, shape (3,)
-        Along these, in the quantity's unit.
-
-    """
-
-    axes: Array
-    radii: Array
+    axes: Array     # (3, 3), a rotation: its columns are the principal axes
+    radii: Array    # (3,), along these, in the quantity's unit
 
 
 class TipEllipsoids:
-    """
-    Of a tip's angular and linear velocity, and angular and linear acceleration.
-
-    Parameters
-    ----------
-    slices : mapping from str to slice
-        Where the Jacobian is among the values of a state.
-    settings : RobotSettings
-        Axes and reference point of the program.
-    joints : JointColumns
-        Where the tip's joints are among the measured ones.
-
-    """
+    """Of a tip's angular and linear velocity, and angular and linear acceleration."""
 
     def __init__(self, slices: Slices, settings: RobotSettings, joints: JointColumns) -> None:
         self._jacobian = slices['jacobian']
@@ -55,13 +33,7 @@ class TipEllipsoids:
         """
         Return the four, None where nothing is known of how uncertain it is.
 
-        Parameters
-        ----------
-        state : State
-            With the variances of its joints.
-        tip : BodyState
-            Motion of the tip in it, about the tip, in base axes.
-
+        The tip's motion is about the tip, in base axes.
         """
         # Columns are twists per unit rate: they go to other poles and axes as states do.
         columns = np.reshape(state.values[self._jacobian], (6, -1)).T

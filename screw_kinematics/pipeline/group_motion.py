@@ -35,18 +35,9 @@ class Motion:
     """
     The motion of joints at one instant.
 
-    Attributes
-    ----------
-    stamp_ns : int
-        The instant [ns].
-    values : sequence of float
-        Positions of all joints [rad, m], then velocities, ... as far as they are known.
-    variances : sequence of float
-        Of positions, velocities, accelerations and jerks, in the same order; NaN where not
-        known. Empty unless asked for.
-    clock_error : ClockError
-        Of all joints alike; variances have it.
-
+    Values are the positions of all joints [rad, m], then velocities, ... as far as they are known.
+    Variances, of those to the jerks, are in the same order, NaN where not known, and empty unless
+    asked for; the clock's error, of all joints alike, is in them.
     """
 
     stamp_ns: int
@@ -75,21 +66,8 @@ def make_motion(settings: MotionSettings, continuous: Sequence[bool],
     """
     Return the motion of a group of joints as the settings ask for it.
 
-    Parameters
-    ----------
-    settings : MotionSettings
-        Where velocities come from, and how they are estimated.
-    continuous : sequence of bool
-        For each joint whether its position wraps at 2 pi.
-    max_velocity : sequence of float
-        For each joint how fast it may seem to move [rad/s, m/s].
-    order : int
-        Highest derivative that is wanted, 0 to 4.
-    covariance : bool
-        Whether variances are wanted, which only an estimator knows.
-    before : GroupMotion, optional
-        Of the same joints and settings: its estimator goes on.
-
+    Up to the derivative of an order of 0 to 4; only an estimator knows variances. Where the joints
+    and settings are the same as before, the estimator goes on.
     """
     measured = settings.velocity_source == 'measured'
     if not covariance and settings.delay == 0 and order <= (1 if measured else 0):

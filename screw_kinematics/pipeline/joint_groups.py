@@ -27,22 +27,7 @@ LARGEST = 1e9
 
 
 class JointGroup:
-    """
-    Joints of a robot that come together.
-
-    Parameters
-    ----------
-    columns : tuple of int
-        Which joints of the robot they are, increasing.
-    complete : bool
-        Whether these are all the joints of the robot.
-
-    Attributes
-    ----------
-    messages : int
-        How many have brought these joints.
-
-    """
+    """Joints of a robot that come together; their columns are in its order."""
 
     __slots__ = ('columns', 'complete', 'messages', '_messages_before', '_last', '_silence')
 
@@ -68,19 +53,7 @@ class JointGroup:
 
 
 class NameLayout:
-    """
-    Where the joints of a group are in a message.
-
-    Parameters
-    ----------
-    group : JointGroup
-        Whose joints the message brings.
-    entries : tuple of int
-        For each joint of the group its index in the message.
-    length : int
-        Number of names in the message.
-
-    """
+    """Where the joints of a group are in a message with so many names: an index for each."""
 
     __slots__ = ('group', 'length', '_entries', '_as_it_is')
 
@@ -97,39 +70,21 @@ class NameLayout:
 
 @dataclass
 class Reading:
-    """
-    What a message says of the joints of a group.
-
-    Attributes
-    ----------
-    group : JointGroup
-    stamp_ns : int
-        Time of the measurement [ns].
-    position : sequence of float
-        [rad, m], finite.
-    velocity : sequence of float or None
-        [rad/s, m/s]; NaN where not measured.
-
-    """
+    """What a message says of the joints of a group."""
 
     group: JointGroup
-    stamp_ns: int
-    position: Sequence[float]
-    velocity: Sequence[float] | None
+    stamp_ns: int                       # of the measurement [ns]
+    position: Sequence[float]           # [rad, m], finite
+    velocity: Sequence[float] | None    # [rad/s, m/s]; NaN where not measured
 
 
 class JointGroups:
     """
     The groups of one robot, found from the names in the messages.
 
-    A message that brings all joints of a group and more takes the place of that group, since
-    a publisher may announce joints later. Otherwise the group that was there first keeps its
-    joints, and the message counts for the others only.
-
-    Parameters
-    ----------
-    joint_names : iterable of str
-        The measured joints of the robot, in its order.
+    A message that brings all joints of a group and more takes the place of that group, since a
+    publisher may announce joints later. Otherwise the group that was there first keeps its joints,
+    and the message counts for the others only.
 
     Examples
     --------
@@ -220,14 +175,7 @@ class JointGroups:
 
     def stale_groups(self, now: float, timeout: float) -> list[JointGroup]:
         """
-        Return the groups that brought no message for too long.
-
-        Parameters
-        ----------
-        now : float
-            Any clock [s].
-        timeout : float
-            Longest silence [s].
+        Return the groups that brought no message for longer than a timeout, by any clock [s].
 
         Examples
         --------

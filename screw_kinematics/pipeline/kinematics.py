@@ -19,22 +19,9 @@ class State:
     """
     The state of a robot at one instant.
 
-    Attributes
-    ----------
-    stamp_ns : int
-        The instant [ns].
-    values : sequence of float
-        Of the program's outputs; see its ``tips``.
-    motion : Motion
-        Of the joints.
-    order : int
-        Highest derivative of the joint positions that is known: outputs that need a higher one
-        have no values.
-    base : BaseMotion or None
-        Of the base, if that is known and wanted.
-    without_base : bool
-        Whether it is wanted and not known: what is relative to the world has no values.
-
+    Values are those of the program's outputs, see its ``tips``; outputs that need a higher
+    derivative of the joint positions than the order have none. Without base, what is relative to
+    the world has none, though it is wanted.
     """
 
     stamp_ns: int
@@ -49,23 +36,8 @@ class Kinematics:
     """
     What is computed for each sample.
 
-    Parameters
-    ----------
-    program : RobotProgram
-    covariance : bool
-        Whether the variances of the joints' motion are wanted too.
-    order : int
-        Highest derivative of the joint positions in what is told; default: that of the program.
-
-    Attributes
-    ----------
-    told : int
-        The same.
-    order : int
-        Of the joints' motion that is wanted: what is told, and what the program takes.
-    moving_base, standing_base : bool
-        Whether some of it is relative to the world, and some to the base.
-
+    ``told`` is the highest derivative of the joint positions in what is told, by default that of
+    the program; ``order`` that which is wanted of the joints' motion, for this and the program.
     """
 
     def __init__(self, program: RobotProgram, covariance: bool = False,

@@ -47,15 +47,6 @@ class JointColumns:
     """
     Where the joints of one tip are in a row of all measured joints' positions, velocities, ...
 
-    Parameters
-    ----------
-    columns : sequence of int
-        Which of the measured joints they are.
-    count : int
-        How many measured joints there are.
-    moving_base : bool
-        Whether the tip moves with the base too, as its Jacobian says.
-
     Examples
     --------
     >>> JointColumns([2, 0], 3).select([0.1, 0.2, 0.3, 1.1, 1.2, 1.3], 1)
@@ -81,18 +72,8 @@ class JointColumns:
         """
         Return the covariance of what a Jacobian makes of a derivative of the joints' positions.
 
-        Parameters
-        ----------
-        state : State
-            With the variances of its joints.
-        derivative : int
-            1: velocities, ...
-        jacobian : sequence of float, or array
-            As for :func:`through_jacobian`.
-        rates : sequence of float, optional
-            By how much what the Jacobian makes changes in a second, its own change in it; used
-            where the clock of the joints is not exact and the base does not move.
-
+        Rates say by how much that changes in a second, the change of the Jacobian in it; used
+        where the clock of the joints is not exact and the base does not move.
         """
         variances = self.select(state.motion.variances, derivative)
         error, values = state.motion.clock_error, state.motion.values
@@ -111,17 +92,7 @@ class JointColumns:
 
 
 class TwistRate:
-    """
-    By how much the numbers of a twist change in a second, in its own axes and about its own point.
-
-    Parameters
-    ----------
-    slices : mapping from str to slice
-        Where twist and reduced acceleration are among the values of a state.
-    settings : RobotSettings
-        Axes and reference point of the program.
-
-    """
+    """By how much a twist's numbers change in a second, in its axes and about its point."""
 
     def __init__(self, slices: Slices, settings: RobotSettings) -> None:
         self._twist, self._accel = slices['twist'], slices['reduced_accel']
@@ -148,23 +119,10 @@ class MessageWriter(Protocol):
 def message_writer(output: str, slices: Slices, model: Any, settings: RobotSettings,
                    joints: JointColumns | None = None, world: str = '') -> MessageWriter:
     """
-    Return what writes the messages of an output.
+    Return what writes the messages of an output, any of KINDS but markers.
 
-    Parameters
-    ----------
-    output : str
-        Any of KINDS but markers.
-    slices : mapping from str to slice
-        Where the program's outputs are among the values of a state.
-    model : SerialChain or ParallelManipulator
-        Names frames and joints.
-    settings : RobotSettings
-        Axes and reference point of the program, prefix of frame names, gravity.
-    joints : JointColumns, optional
-        Where the model's joints are among the measured ones, if there are others.
-    world : str
-        Frame that takes the place of the base frame where the motion is relative to the world.
-
+    Joints are needed if the robot has others than the model. The world, if given, takes the place
+    of the base frame, as the motion is relative to it.
     """
     if joints is None:
         joints = JointColumns(range(len(model.joint_names)), len(model.joint_names),

@@ -49,15 +49,8 @@ class BaseMotion:
     """
     Motion of the base at one instant.
 
-    Attributes
-    ----------
-    stamp_ns : int
-        The instant [ns].
-    values : sequence of float
-        Pose in the world, twist, and its derivatives: see :mod:`..programs.moving_base`.
-    known_variances : sequence of float
-        Of twist, first, second and third derivative, six numbers each.
-
+    Values are the pose in the world, twist, and its derivatives, as :mod:`..programs.moving_base`
+    takes them; variances of the last four, six numbers each.
     """
 
     stamp_ns: int
@@ -80,16 +73,7 @@ class _Pose(NamedTuple):
 
 class BaseFrames:
     """
-    The frames whose motion tells that of the base: it, and those that are fixed to it.
-
-    Parameters
-    ----------
-    base_frame : str
-        Of the model.
-    fixed : mapping from str to array, shape (4, 4)
-        Poses in the base frame of frames fixed to it.
-    prefix : str
-        Of the frames' names in messages.
+    The frames whose motion tells that of the base: it, and those fixed to it, by their poses.
 
     Examples
     --------
@@ -149,27 +133,12 @@ class BaseFrames:
 
 class MovingBase:
     """
-    What is known of a base's motion.
+    What is known of a base's motion; it is carried on for a timeout [s] at most.
 
     The components of its twist in its own axes are to the estimator what the positions of six
-    joints are; their derivatives lead to its acceleration, jerk and snap by Lie products.
-
-    Parameters
-    ----------
-    frames : BaseFrames
-    settings : MotionSettings
-        Of the robot: the delay, and the longest pause.
-    timeout : float
-        A motion is carried on for so long at most [s].
-
-    Attributes
-    ----------
-    account : Account
-        What became of the samples.
-    world : str
-        Frame that the motion is relative to: that of the poses; without poses the base frame as
-        it is at each instant. Empty as long as nothing came.
-
+    joints are; their derivatives lead to its acceleration, jerk and snap by Lie products. The
+    world is the frame of the poses; without poses the base frame as it is at each instant; empty
+    as long as nothing came.
     """
 
     def __init__(self, frames: BaseFrames, settings: MotionSettings,

@@ -7,29 +7,13 @@ from typing import Any, NamedTuple
 
 
 class OutputKind(NamedTuple):
-    """
-    A kind of topic.
+    """A kind of topic."""
 
-    Attributes
-    ----------
-    type_name : str
-        Name of the ROS message type; recorded bags are read without ROS.
-    order : int
-        Highest derivative of the joint positions in it.
-    needs : tuple of str
-        Outputs of the compiled program it is made from; none: of the joints' motion.
-    size : int
-        How many numbers a message ends with; 0: it is not so simple.
-    covariance : bool
-        Whether it needs the variances of the joints' motion.
-
-    """
-
-    type_name: str
-    order: int
-    needs: tuple[str, ...]
-    size: int = 6
-    covariance: bool = False
+    type_name: str              # of the ROS message; recorded bags are read without ROS
+    order: int                  # highest derivative of the joint positions in it
+    needs: tuple[str, ...]      # outputs of the program; none: it is made of the joints' motion
+    size: int = 6               # how many numbers a message ends with; 0: it is not so simple
+    covariance: bool = False    # whether it needs the variances of the joints' motion
 
 
 def _geometry(name: str, order: int, *needs: str, **more: Any) -> OutputKind:

@@ -19,24 +19,12 @@ NEEDS = ('pose', 'twist', 'accel')
 
 
 class Felt(NamedTuple):
-    """
-    Motion of a frame, in its own axes.
+    """Motion of a frame, in its own axes."""
 
-    Attributes
-    ----------
-    to_base : array, shape (3, 3)
-        From its axes to those of the base.
-    omega, alpha : sequence of three numbers
-        Angular velocity and acceleration [rad/s, rad/s^2].
-    a : sequence of three numbers
-        Classical acceleration of its origin [m/s^2].
-
-    """
-
-    to_base: Array
-    omega: Vector
-    alpha: Vector
-    a: Vector
+    to_base: Array    # (3, 3), from its axes to those of the base
+    omega: Vector     # angular velocity [rad/s]
+    alpha: Vector     # angular acceleration [rad/s^2]
+    a: Vector         # classical acceleration of its origin [m/s^2]
 
     def at(self, pose: Array) -> Felt:
         """Return the motion of another frame that is fixed to this one, at a pose in it."""
@@ -52,17 +40,7 @@ class Felt(NamedTuple):
 
 
 class OwnMotion:
-    """
-    Reads the motion of a tip out of the values of a program.
-
-    Parameters
-    ----------
-    slices : mapping from str to slice
-        Where the program's outputs are among the values.
-    settings : RobotSettings
-        Axes and reference point of the program.
-
-    """
+    """Reads the motion of a tip out of the values of a program."""
 
     def __init__(self, slices: Slices, settings: RobotSettings) -> None:
         self._pose, self._twist, self._accel = (slices[need] for need in NEEDS)

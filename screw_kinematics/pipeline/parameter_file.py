@@ -64,22 +64,7 @@ def read_robots(path: Path, instead: Mapping[str, Any] | None = None, namespace:
     """
     Return the settings of all robots in a parameter file; each of several tips is one.
 
-    Parameters
-    ----------
-    path : path
-        YAML as ``--params-file`` takes it.
-    instead : mapping of str to value, optional
-        Parameters of robots that take precedence.
-    namespace : str
-        Of the node.
-
-    Raises
-    ------
-    ToolError
-        The file is not readable, or has no parameters of the node.
-    ParameterError
-        A parameter does not exist or has a wrong value.
-
+    Parameters given instead take precedence; the namespace is the node's.
     """
     values = {setting.name: setting.default for setting in NODE}
     given = _parameters(path, '/'.join(['', *filter(None, namespace.split('/')), NODE_NAME]))
@@ -107,14 +92,9 @@ def robot_settings(name: str, values: Mapping[str, Any]) -> RobotSettings:
 
 def matches(pattern: str, node: str) -> bool:
     """
-    Return whether parameters under a name in a file are those of a node.
+    Return whether parameters under a pattern in a file are those of a node with a full name.
 
-    Parameters
-    ----------
-    pattern : str
-        As ROS has it: ``*`` stands for one part of a name, ``**`` for any number of them.
-    node : str
-        Its full name.
+    As in ROS ``*`` stands for one part of a name, ``**`` for any number of them.
 
     Examples
     --------

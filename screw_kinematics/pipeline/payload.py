@@ -28,16 +28,9 @@ _TOLERANCE = 1e-9
 @dataclass(frozen=True)
 class Payload:
     """
-    A rigid body.
+    A rigid body: its mass [kg], centre of mass [m], and inertia about that [kg m^2].
 
-    Parameters
-    ----------
-    mass : float
-        In kg.
-    center : tuple of float
-        Centre of mass [m].
-    inertia : tuple of float
-        ixx, ixy, ixz, iyy, iyz, izz about the centre of mass [kg m^2].
+    Inertia is ixx, ixy, ixz, iyy, iyz, izz.
 
     Examples
     --------
@@ -86,21 +79,10 @@ def is_inertia(six: Sequence[float]) -> bool:
 def felt_wrench(parameters: Sequence[Any], force: Vector, omega: Vector, alpha: Vector,
                 ) -> tuple[Any, ...]:
     """
-    Return the wrench that a body exerts on the sensor by its weight and its inertia.
+    Return the wrench that a body exerts on the sensor by its weight and its inertia [N, N m].
 
-    Parameters
-    ----------
-    parameters : sequence of float
-        As :data:`INERTIAL` names them.
-    force : sequence of three components
-        Specific force at the sensor's origin: its acceleration less that of free fall [m/s^2].
-    omega, alpha : sequence of three components
-        Angular velocity and acceleration [rad/s, rad/s^2].
-
-    Returns
-    -------
-    tuple
-        Force [N] and torque [N m], three components each.
+    The parameters are as :data:`INERTIAL` names them; the force is the specific one at the
+    sensor's origin: its acceleration less that of free fall [m/s^2].
 
     Examples
     --------

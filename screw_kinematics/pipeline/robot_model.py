@@ -19,20 +19,9 @@ MARGIN = 1.5
 
 class TipsModel:
     """
-    Several ends of one robot.
+    Several ends of one robot, from one base frame; joints that they share have the same names.
 
-    Parameters
-    ----------
-    tips : sequence of SerialChain
-        From one base frame; joints that they share have the same names.
-
-    Attributes
-    ----------
-    joint_names, joint_kinds, velocity_limits
-        Of the measured joints of all, each once.
-    columns : list of tuple of int
-        For each tip which of these joints are its own, in its order.
-
+    Columns are for each tip, in its order, which of the measured joints of all are its own.
     """
 
     def __init__(self, tips: Sequence[Any]) -> None:
@@ -66,22 +55,7 @@ def build_model(settings: RobotSettings, text: str | None = None) -> Any:
     """
     Return the model of a robot, with its tool; or with all its tips and their tools.
 
-    Parameters
-    ----------
-    settings : RobotSettings
-        Say where the description is, and which frames and tool are meant.
-    text : str, optional
-        URDF from the description topic; by default the ``description`` is followed.
-
-    Returns
-    -------
-    SerialChain, ParallelManipulator or TipsModel
-
-    Raises
-    ------
-    ModelError
-        The description is not usable; the message names where it comes from.
-
+    The text is URDF from the description topic; by default the ``description`` is followed.
     """
     if settings.tips:
         return TipsModel([build_model(tip, text) for tip in settings.parts])

@@ -28,26 +28,10 @@ class RobotPipeline:
     """
     One robot's way from joint samples to states.
 
-    Parameters
-    ----------
-    joint_names : sequence of str
-        The measured joints.
-    settings : MotionSettings
-    continuous : sequence of bool, optional
-        For each joint whether its position wraps at 2 pi; by default none does.
-    max_velocity : sequence of float, optional
-        For each joint how fast it may seem to move [rad/s, m/s]; by default as the settings say.
-    max_apart : float
-        Joints measured further apart in time than this are not joined [s].
-    account : Account, optional
-        Goes on with these counts.
-
-    Attributes
-    ----------
-    configuration : tuple
-        All of these parameters but the account.
-    base : MovingBase or None
-        How the base moves; needed where something is relative to the world.
+    Positions wrap at 2 pi where they are continuous; joints that seem faster than their
+    ``max_velocity`` [rad/s, m/s] are refused, those measured further apart in time than
+    ``max_apart`` [s] not joined. The configuration is all of the parameters but the account, which
+    goes on. The base is needed where something is relative to the world.
 
     Examples
     --------
@@ -91,30 +75,14 @@ class RobotPipeline:
         return self._groups.joint_names
 
     def activate(self, kinematics: Kinematics | None) -> None:
-        """
-        Set what is computed for each sample from now on; estimators go on.
-
-        Parameters
-        ----------
-        kinematics : Kinematics or None
-            None: nothing is wanted, samples are only accounted for.
-
-        """
+        """Set what is computed for each sample from now on, if anything; estimators go on."""
         self._kinematics = kinematics
         if kinematics is not None:
             for columns, motion in self._motions.items():
                 self._motions[columns] = self._make_motion(columns, kinematics, motion)
 
     def take(self, sample: JointSample) -> State | Reason:
-        """
-        Take a joint sample; return the robot's state, or why there is none.
-
-        Parameters
-        ----------
-        sample : JointSample
-            Positions [rad, m], and velocities [rad/s, m/s] or NaN or none.
-
-        """
+        """Take a joint sample; return the robot's state, or why there is none."""
         account = self.account
         if self._offset_ns:
             sample = sample._replace(stamp_ns=sample.stamp_ns + self._offset_ns)
@@ -164,22 +132,7 @@ class RobotPipeline:
             self.base.reset()
 
     def release_stale(self, now: float, timeout: float) -> bool:
-        """
-        Forget groups of joints that come no more: they are missing from then on.
-
-        Parameters
-        ----------
-        now : float
-            Any clock [s].
-        timeout : float
-            Silence after which a group is forgotten [s].
-
-        Returns
-        -------
-        bool
-            Whether there was one.
-
-        """
+        """Forget groups of joints that are silent for a timeout [s]; return whether any was."""
         stale = self._groups.stale_groups(now, timeout)
         for group in stale:
             self._groups.release(group)

@@ -22,16 +22,8 @@ class RobotProgram(Protocol):
     """
     What a compiled robot offers.
 
-    Attributes
-    ----------
-    order : int
-        Highest derivative of the joint positions that it takes.
-    dof : int
-        Number of measured joints.
-    moving_base, standing_base : bool
-        Whether some of its outputs are relative to the world, so that it takes the motion of the
-        base behind that of the joints; and whether some are relative to the base.
-
+    The order is the highest derivative of the joint positions that it takes. Where some of its
+    outputs are relative to the world, it takes the motion of the base behind that of the joints.
     """
 
     order: int

@@ -18,21 +18,9 @@ class Setting:
     """
     One parameter.
 
-    Parameters
-    ----------
-    name : str
-    default : bool, float, str, list
-    text : str
-        What it does, with its unit.
-    allowed : str
-        The allowed values in words.
-    check : callable
-        Returns the value in the form used here, or raises ValueError.
-    fixed : {'', 'configured', 'started'}
-        From when on it cannot be changed: never, once the node is configured, or at all.
-    span : (float, float), optional
-        Least and greatest value of a number.
-
+    The text says what it does, with its unit; allowed are the values in words. The check returns
+    the value in the form used here, or raises ValueError. It is fixed once the node is configured,
+    or started, or, if empty, never; the span is the least and greatest value of a number.
     """
 
     name: str

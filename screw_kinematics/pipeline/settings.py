@@ -187,21 +187,11 @@ class MotionSettings:
     """
     How joint motion is obtained from samples.
 
-    Parameters
-    ----------
-    velocity_source : {'auto', 'measured', 'estimated'}
-        'auto': the estimator weighs the measured velocity as far as it earns trust;
-        'measured': position and velocity are the measured ones, accelerations are estimated;
-        'estimated': the measured velocity is ignored.
-    estimator : str
-        Kind of estimator, see :func:`make_estimator`.
-    delay : float
-        The motion describes the instant this long before the latest sample [s].
-    stamp_offset : float
-        Added to the samples' stamps [s].
-    options : mapping
-        Further keyword arguments of the estimator.
-
+    The velocity source is 'auto': the estimator weighs the measured velocity as far as it earns
+    trust; 'measured': position and velocity are the measured ones, accelerations are estimated; or
+    'estimated': the measured velocity is ignored. The motion describes the instant this delay
+    before the latest sample [s], whose stamp is that of the message plus an offset [s]. Options
+    are further ones of the estimator.
     """
 
     velocity_source: str = 'auto'
@@ -257,12 +247,6 @@ class RobotSettings:
         Return the settings from parameter values by name, without the robot's name.
 
         Those of a tip, such as ``tool0.outputs``, may be among them.
-
-        Raises
-        ------
-        ParameterError
-            A value is not allowed, alone or with the others.
-
         """
         prefix = f'{name}.'
         checked = _gathered({s.name: s.read(values[s.name], prefix) for s in ROBOT})

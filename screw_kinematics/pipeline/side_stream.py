@@ -16,20 +16,9 @@ class SideStream:
     What was measured beside the joints and has no derivatives known to foresee it by: a wrench.
 
     It is read between two samples, never beyond the latest one: what is asked for too early is
-    awaited, and may be asked for again. (The motion of a base has derivatives, and is carried to
-    the instant by them, so that no state waits for odometry: :class:`.moving_base.MovingBase`.)
-
-    Parameters
-    ----------
-    max_gap_ns : int
-        Samples further apart in time than this are not joined [ns].
-    span_ns : int, optional
-        How far back it may be asked for, at least [ns]; by default all of it.
-
-    Attributes
-    ----------
-    latest_ns : int or None
-        Stamp of the latest sample [ns].
+    awaited, and may be asked for again; samples further apart than a gap are not joined, those
+    older than a span forgotten. (The motion of a base has derivatives, and is carried to the
+    instant by them, so that no state waits for odometry: :class:`.moving_base.MovingBase`.)
 
     Examples
     --------
@@ -62,14 +51,7 @@ class SideStream:
         """
         Take a sample; return why it is of no use, if it is not.
 
-        Parameters
-        ----------
-        stamp_ns : int
-            Later than all before; if far earlier, as of a clock that was set, the stream begins
-            anew.
-        values : sequence of float
-            Finite.
-
+        One far earlier than all before, as of a clock that was set, begins the stream anew.
         """
         stamps = self._stamps
         if stamps and stamp_ns <= stamps[-1]:

@@ -41,19 +41,7 @@ FORGET = 0.99
 
 
 class StreamWatch:
-    """
-    Watches the readings of one group of joints.
-
-    Parameters
-    ----------
-    names : sequence of str
-        Of the joints, in the order of the readings.
-    continuous : sequence of bool, optional
-        For each joint whether its position wraps at 2 pi; by default none does.
-    measured : bool
-        Whether the measured velocities are taken as they are, right or wrong.
-
-    """
+    """Watches a group's readings; if ``measured``, velocities are used as they are, right or not."""
 
     def __init__(self, names: Sequence[str], continuous: Sequence[bool] | None = None,
                  measured: bool = False) -> None:
@@ -95,15 +83,7 @@ class StreamWatch:
                 self._last.clear()
 
     def findings(self, publishers: int) -> list[str]:
-        """
-        Return what is wrong, in sentences.
-
-        Parameters
-        ----------
-        publishers : int
-            How many the topic has.
-
-        """
+        """Return what is wrong, in sentences, of a topic with so many publishers."""
         findings = []
         jumping = [name for name, hits in zip(self._names, self._there_and_back) if hits > HITS]
         if jumping and publishers > 1:

@@ -18,17 +18,11 @@ class Synchronizer:
     """
     Collects the motions of several groups and joins them.
 
-    A round is complete when every group has arrived since the last one. A group that arrives
-    twice in a round does not wait for the others: they lag from then on, until they do the
-    same or have kept up for many rounds in a row, and are carried on to the present by their
-    derivatives. The instant of a round is that of the oldest motion among the groups that do
-    not lag, since going back in time a little is more exact than going on.
-
-    Parameters
-    ----------
-    n_joints : int
-    max_apart_ns : int, optional
-        Motions further apart in time than this are not joined [ns].
+    A round is complete when every group has arrived since the last one. A group that arrives twice
+    in a round does not wait for the others: they lag from then on, until they do the same or have
+    kept up for many rounds in a row, and are carried on to the present by their derivatives. The
+    instant of a round is that of the oldest motion among the groups that do not lag, since going
+    back in time a little is more exact than going on.
 
     Examples
     --------
@@ -52,23 +46,7 @@ class Synchronizer:
         """The instant of the round before [ns]."""
 
     def add(self, group: JointGroup, motion: Motion) -> Motion | Reason:
-        """
-        Take the motion of one group.
-
-        Parameters
-        ----------
-        group : JointGroup
-            Whose motion it is: some of the joints.
-        motion : Motion
-            Of its joints.
-
-        Returns
-        -------
-        Motion or Reason
-            Of all joints, in the order of the robot; or why there is none: joints are awaited,
-            or are too far apart in time.
-
-        """
+        """Take the motion of some joints; return that of all, or why there is none."""
         repeated = group in self._fresh
         before = self._parts.get(group)
         self._parts[group] = motion

@@ -22,26 +22,10 @@ class WrenchSensor:
     """
     What a force sensor has measured, on one link that is fixed to the tip.
 
-    Parameters
-    ----------
-    settings : RobotSettings
-        Of the tip: topic and link of the sensor, prefix of frame names.
-    kept : bool
-        Keep all that was measured, not only what the motion may still ask for.
-
-    Attributes
-    ----------
-    account : Account
-        What became of its messages.
-    compensated : int
-        States of the robot that were brought together with a wrench.
-    left_out : Counter of Reason
-        States for which there was none.
-    frame_id : str
-        Of its messages, or of the link that the settings name; empty before the first one.
-    pose : array, shape (4, 4)
-        Of that link in the tip frame [m]; None before the first message.
-
+    Kept is all of it, or what the motion may still ask for. Compensated are states of the robot
+    that were brought together with a wrench, left out those for which there was none. The frame is
+    of the messages, or of the link that the settings name, empty before the first one; the pose
+    that of the link in the tip frame, of shape (4, 4) [m], None before the first one.
     """
 
     def __init__(self, settings: RobotSettings, kept: bool = False) -> None:

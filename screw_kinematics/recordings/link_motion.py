@@ -16,11 +16,7 @@ from ..screws.se3 import Array
 
 
 class LinkMotion(NamedTuple):
-    """
-    Motion of a link in the base frame.
-
-    Or in the world, if the robot's motion is relative to that.
-    """
+    """Motion of a link in the base frame; in the world, if the robot's is relative to that."""
 
     stamps: Array      # (N,) [ns]
     rotation: Array    # (N, 3, 3), from link coordinates to those of that frame
