@@ -13,8 +13,6 @@ cdef class Signal:
     cdef double quantum         # the encoder's step; share of changes that are multiples of it,
     cdef double fit             # and their number
     cdef double changes
-    cdef double multiple        # steps of the latest change, and how often it was unlike
-    cdef double unlike          # the one before
     cdef double parted          # way of the velocity less step of the position; the same since the
     cdef double since           # first of those that wait
     cdef double pending         # deviation of the sample that waits

@@ -48,7 +48,6 @@ class Signal:
     def __init__(self) -> None:
         self.last = self.quantum = self.fit = self.changes = self.noise = 0.0
         self.limit = self.step = self.s0 = self.s1 = self.s2 = self.s3 = self.least = 0.0
-        self.multiple = self.unlike = 0.0
         self.taken = self.scores = False
         self.start(0.0)
 
@@ -67,8 +66,6 @@ class Signal:
         """Follow the step of which all changes are multiples, by Euclid's algorithm."""
         d: cython.double = fabs(z - self.last)
         self.last = z
-        before: cython.double = self.multiple
-        self.multiple = 0.0
         if d < 1e-12:
             return
         q: cython.double = self.quantum
@@ -79,10 +76,7 @@ class Signal:
             if self.fit == 0.0:
                 self.fit = 1.0
             return
-        self.multiple = floor(d / q + 0.5)
-        rest: cython.double = fabs(d - q * self.multiple)
-        # An even motion's changes are alike, which tells of no step.
-        self.unlike += 1.0 if self.multiple != before else 0.0
+        rest: cython.double = fabs(d - q * floor(d / q + 0.5))
         self.fit += 0.05 * ((1.0 if rest < 0.1 * q else 0.0) - self.fit)
         # Positions that went through single precision are no exact multiples.
         single: cython.double = 1.2e-7 * fabs(z)

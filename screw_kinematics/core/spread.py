@@ -41,9 +41,6 @@ AMPLE = cython.declare(cython.double, 3.0)
 FADING = cython.declare(cython.double, 0.02)
 """Factor of what is not known in a pause, and how fast that fades after it, s."""
 
-SURE = cython.declare(cython.double, 12.0)
-"""Unlike changes after which the step of an encoder is one: a few may be multiples of any."""
-
 CLEAR = cython.declare(cython.double, 16.0)
 STUDENT = cython.declare(cython.double, 15.0)
 SLOWLY = cython.declare(cython.double, 0.3)
@@ -141,8 +138,7 @@ class Spread:
         excess: cython.double[:, ::1] = c.excess
         e: cython.double[:, ::1] = self.work
         # Noise is never below that of rounding, however well some samples lie on a line.
-        encoder: cython.double = c.signal(j).step_of_encoder()
-        least: cython.double = encoder * encoder / 12.0 if c.signal(j).unlike > SURE else 0.0
+        least: cython.double = c.signal(j).step_of_encoder() * c.signal(j).step_of_encoder() / 12.0
         for i in range(10):
             e[i, 0] = 0.0
         # The mean at the instant, carried back to the step.
@@ -295,8 +291,7 @@ class Spread:
         j: cython.Py_ssize_t
         clear: cython.double = CLEAR * (1.0 + STUDENT / max(samples, 1))
         for j in range(self.n):
-            little: cython.double = c.signal(j).step_of_encoder()
-            little = FINEST if c.signal(j).unlike <= SURE else max(little, FINEST)
+            little: cython.double = max(c.signal(j).step_of_encoder(), FINEST)
             little /= BRIEFLY * BRIEFLY
             little = max(little * little, self.told[j])
             if out[11, j] > little and clear * out[11, j] > signal(out, j):

@@ -60,6 +60,23 @@ def test_the_truth_is_within_the_intervals_as_often_as_they_say(share, wobble, d
         assert least[0] < one < most[0] and least[1] < two < most[1], within
 
 
+@pytest.mark.parametrize('delay', [0.0, 0.02])
+@pytest.mark.parametrize('more', [0.0, 1e-3, 1e-2, 5e-2])
+@pytest.mark.parametrize('steps', [1, 2, 5])
+def test_equal_steps_may_be_those_of_an_encoder(steps, more, delay):
+    """At a speed of whole steps a message, or nearly, silence is that of the encoder."""
+    for rate, step in ((100.0, 1.5e-3), (1000.0, 1e-5)):
+        speed = (steps + more) * step * rate
+        stamps = np.arange(int(1.5 * rate)) / rate
+        positions = np.round((speed * stamps[:, None] / step + np.arange(JOINTS) / JOINTS)) * step
+        sizes = sizes_of(
+            MotionEstimator(JOINTS, delay=delay),
+            lambda t: np.array([speed * t, speed + 0.0 * t, 0.0 * t])[..., None],
+            stamps, positions, settled=0.0)
+        assert len(sizes) > 1.35 * rate
+        assert sizes.max() < 10.0
+
+
 @pytest.mark.parametrize('delay', [0.02, 0.05])
 @pytest.mark.parametrize('slower', [1.3, 4.0])
 def test_the_truth_is_within_the_intervals_where_readings_are_held(slower, delay):
