@@ -12,37 +12,13 @@ from .joint import Joint
 from ..errors import InvalidValueError
 from ..screws.vectors import Array, checked_array
 
-__all__ = ['MimicCoupling', 'measured_as']
-
 
 class MimicCoupling:
     """
-    How the joints of a chain depend on the measured ones.
+    How the joints of a chain, from base to tip, depend on the measured ones.
 
-    Parameters
-    ----------
-    joints : sequence of Joint
-        From base to tip.
-    owner : str
-        Whose joints they are, for messages.
-
-    Attributes
-    ----------
-    joint_names : tuple of str
-        The measured joints, in the order of their first use.
-    dof : int
-        How many they are.
-    joint_kinds : tuple of str
-        Their kinds; that of one outside the chain is what its followers say of it.
-    prismatic : array of bool, shape (dof,)
-        Which of them are measured in m rather than rad.
-    velocity_limits : array, shape (dof,)
-        Largest speeds [rad/s, m/s]; infinite where none is known.
-
-    Raises
-    ------
-    InvalidValueError
-        A joint name occurs twice, or a joint follows a following one.
+    The latter are in the order of their first use; kind and velocity limit of one outside the
+    chain are what its followers say of it.
 
     Examples
     --------
@@ -80,25 +56,9 @@ class MimicCoupling:
 
     def values(self, q: Any, order: int = 0) -> Array:
         """
-        Return the values of all joints of the chain from those of the measured ones.
+        Return the values of all joints of the chain from those of the measured ones, (..., dof).
 
-        Parameters
-        ----------
-        q : array, shape (..., dof)
-            Positions (order 0) or derivatives (order > 0) of the measured joints.
-        order : int
-            The mimic offset counts only for positions.
-
-        Returns
-        -------
-        array, shape (..., number of joints)
-            From base to tip.
-
-        Raises
-        ------
-        ShapeError, InvalidValueError
-            The last axis of q is not dof long, or q is not of numbers or symbols.
-
+        Positions, or derivatives, for which the offset does not count.
         """
         what = 'q' if order == 0 else f'derivative {order} of q'
         q = checked_array(f'{what} of {self._owner}', q, (..., self.dof))
@@ -110,19 +70,9 @@ class MimicCoupling:
 
     def columns(self, screws: Sequence[Array]) -> list[Array]:
         """
-        Return the six-vectors of unit rates of the measured joints.
+        Return the six-vectors of unit rates of the measured joints, from the screws of all.
 
-        Parameters
-        ----------
-        screws : sequence of array, shape (..., 6)
-            Unit screws of all joints of the chain.
-
-        Returns
-        -------
-        list of array, shape (..., 6)
-            One per measured joint: its own screw and those of its followers, each times
-            its multiplier.
-
+        Each is the joint's own screw and those of its followers, each times its multiplier.
         """
         columns: list[Any] = [None] * self.dof
         for column, multiplier, screw in zip(self._columns, self._multipliers, screws):
@@ -132,24 +82,7 @@ class MimicCoupling:
 
 
 def measured_as(joints: Sequence[Joint], name: str) -> tuple[str, float]:
-    """
-    Return kind and velocity limit of a measured joint, by itself or by its followers.
-
-    Parameters
-    ----------
-    joints : sequence of Joint
-        Of a chain.
-    name : str
-        Of the measured joint.
-
-    Returns
-    -------
-    kind : str
-        As of :class:`.joint.Joint`.
-    limit : float
-        In rad/s or m/s.
-
-    """
+    """Return kind and velocity limit of a measured joint, by itself or by its followers."""
     own = next((joint for joint in joints if joint.name == name), None)
     if own is not None:
         return own.kind, own.velocity_limit

@@ -25,8 +25,6 @@ from ..screws.se3 import Array, rotation_about
 if TYPE_CHECKING:
     from .serial_chain import SerialChain
 
-__all__ = ['Translation', 'ParallelTurns', 'TransformSequence', 'transform_sequence']
-
 Derivatives = list[Any]
 """A value and its time derivatives, constant or traced."""
 
@@ -36,49 +34,20 @@ class Translation:
     """
     A shift of the origin, in the axes of its place.
 
-    Parameters
-    ----------
-    constant : array, shape (3,)
-        The part that does not move [m].
-    moving : list of (array, list)
-        Directions, shape (3,), each with an amount and its time derivatives [m, m/s, ...].
-
+    A constant part [m], and directions each with an amount and its time derivatives.
     """
 
     constant: Array = field(default_factory=lambda: np.zeros(3))
     moving: list[tuple[Array, Derivatives]] = field(default_factory=list)
 
     def turn_axes(self, axis: int, angle: float) -> None:
-        """
-        Change to axes turned by a constant angle [rad].
-
-        Parameters
-        ----------
-        axis : {0, 1, 2}
-            x, y or z.
-        angle : float
-            From the old axes to the new ones [rad].
-
-        """
+        """Change to axes turned by a constant angle [rad] about x, y or z (0, 1 or 2)."""
         into = rotation_about(np.eye(3)[axis], -angle)
         self.constant = into @ self.constant
         self.moving = [(into @ direction, amount) for direction, amount in self.moving]
 
     def is_along(self, axis: int) -> bool:
-        """
-        Whether nothing is shifted across an axis, so that turns about it commute.
-
-        Parameters
-        ----------
-        axis : {0, 1, 2}
-            x, y or z.
-
-        Returns
-        -------
-        bool
-            Whether all components across the axis vanish.
-
-        """
+        """Whether nothing is shifted across an axis, so that turns about it commute."""
         vectors = [self.constant, *[direction for direction, _ in self.moving]]
         return all(abs(v[k]) <= SNAP for v in vectors for k in range(3) if k != axis)
 
@@ -86,18 +55,9 @@ class Translation:
 @dataclass(eq=False)
 class ParallelTurns:
     """
-    Turns about parallel axes, each followed by a translation.
+    Turns about parallel axes, each followed by a translation in the axes after it.
 
-    Parameters
-    ----------
-    axis : {0, 1, 2}
-        x, y or z.
-    angles : list of list
-        Angle of each turn, measured from the axes before the first, and its time
-        derivatives.
-    translations : list of Translation
-        In the axes after the turn.
-
+    Angles, with their time derivatives, are measured from the axes before the first.
     """
 
     axis: int
@@ -108,19 +68,10 @@ class ParallelTurns:
 @dataclass(eq=False)
 class TransformSequence:
     """
-    A chain from base to tip.
+    A chain from base to tip, with time derivatives to an order.
 
-    Parameters
-    ----------
-    order : int
-        Highest time derivative.
-    base : Translation
-        In base axes, before all turns.
-    turns : list of ParallelTurns
-        From base to tip.
-    orientation : array, shape (3, 3)
-        Rotation from tip coordinates to the axes after the last turn.
-
+    First a translation in base axes, before all turns; behind the last of these the rotation from
+    tip coordinates to the axes there.
     """
 
     order: int
@@ -134,17 +85,7 @@ class TransformSequence:
         return self.turns[-1].translations[-1] if self.turns else self.base
 
     def turn(self, axis: int, angle: Derivatives) -> None:
-        """
-        Add a turn at the tip end.
-
-        Parameters
-        ----------
-        axis : {0, 1, 2}
-            x, y or z.
-        angle : list
-            Angle [rad] and its time derivatives, constant or traced.
-
-        """
+        """Add a turn at the tip end, by an angle with its time derivatives, constant or traced."""
         if not self.turns or self.turns[-1].axis != axis:
             self.turns.append(ParallelTurns(axis, [angle], [Translation()]))
             return
@@ -157,17 +98,7 @@ class TransformSequence:
             turn.translations.append(Translation())
 
     def constant_turn(self, axis: int, angle: float) -> None:
-        """
-        Add a constant turn [rad] at the tip end.
-
-        Parameters
-        ----------
-        axis : {0, 1, 2}
-            x, y or z.
-        angle : float
-            Of the turn [rad].
-
-        """
+        """Add a constant turn [rad] at the tip end."""
         if self.turns and self.turns[-1].axis == axis:
             value = self.turns[-1].angles[-1]
             self.turns[-1].angles[-1] = [value[0] + angle, *value[1:]]
@@ -177,22 +108,7 @@ class TransformSequence:
 
 
 def transform_sequence(chain: SerialChain, motion: Sequence[Derivatives]) -> TransformSequence:
-    """
-    Return a chain as a sequence of elementary transforms.
-
-    Parameters
-    ----------
-    chain : SerialChain
-        With numbers, not symbols, as parameters.
-    motion : sequence of list
-        For each joint its value and time derivatives, at least one of each.
-
-    Returns
-    -------
-    TransformSequence
-        From base to tip, to the order of the motion.
-
-    """
+    """Return a chain of numbers as a sequence of elementary transforms, to the motion's order."""
     result = TransformSequence(order=len(motion[0]) - 1 if motion else 0)
     axes, origin = np.eye(3), np.zeros(3)    # the present axes and origin, at q = 0
 

@@ -21,35 +21,13 @@ from ..screws.states import reduced_from_classical
 if TYPE_CHECKING:
     from .serial_chain import SerialChain
 
-__all__ = ['trace_chain']
-
 
 def trace_chain(chain: SerialChain, outputs: Iterable[str], axes: str, pole: str,
                 ) -> StraightLineProgram:
     """
-    Return the straight-line program of a chain's quantities.
+    Return the straight-line program of a chain's quantities, one behind the other.
 
-    Parameters
-    ----------
-    chain : SerialChain
-        The chain, with numbers as parameters.
-    outputs : iterable of str
-        Names of quantities.
-    axes : {'base', 'tip'}
-        Whose axes six-vectors are in.
-    pole : {'base', 'tip'}
-        Origin that six-vectors are about.
-
-    Returns
-    -------
-    StraightLineProgram
-        Positions and derivatives by order in; the outputs, one behind the other, out.
-
-    Raises
-    ------
-    UnknownNameError, InvalidValueError
-        An output, axes or pole is unknown, or the chain has symbols.
-
+    It reads positions and derivatives by order.
     """
     outputs = checked_outputs(outputs, axes, pole)
     if any(np.asarray(x).dtype == object for x in _parameters(chain)):

@@ -24,29 +24,13 @@ from ..screws.se3 import Array, cos, cross, sin
 if TYPE_CHECKING:
     from .serial_chain import SerialChain
 
-__all__ = ['tip_motion']
-
 
 def tip_motion(chain: SerialChain, q: Array, *derivatives: Array) -> tuple[Array, list[Array]]:
     """
     Return pose and classical motion of the tip, pole at the tip, axes of the base.
 
-    Parameters
-    ----------
-    chain : SerialChain
-        With numbers, not symbols, as parameters.
-    q : object array, shape (dof,)
-        Traced positions of the measured joints [rad, m].
-    *derivatives : object array, shape (dof,)
-        Traced time derivatives.
-
-    Returns
-    -------
-    pose : array, shape (4, 4)
-        T_base_tool.
-    motions : list of array, shape (6,)
-        ``[w; v]``, ``[alpha; a]``, ... as many as there are derivatives.
-
+    From traced positions and derivatives: ``[w; v]``, ``[alpha; a]``, ... as many as there are
+    derivatives.
     """
     motion = [chain.joint_values(d, n) for n, d in enumerate((q, *derivatives))]
     joints = [[values[i] for values in motion] for i in range(len(chain.joints))]

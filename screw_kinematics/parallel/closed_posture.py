@@ -13,8 +13,6 @@ from .screw_system import Conditioning, ScrewSystem
 from ..errors import ClosureError
 from ..screws.se3 import Array
 
-__all__ = ['ClosedPosture', 'posture_of']
-
 
 @dataclass(frozen=True, eq=False)
 class ClosedPosture:
@@ -64,31 +62,7 @@ class ClosedPosture:
 
 def posture_of(limbs: Limbs, solution: Solution, working_mode: Array,
                tolerance: float) -> ClosedPosture:
-    """
-    Return the posture of a solution whose loops are closed.
-
-    Parameters
-    ----------
-    limbs : Limbs
-        What was solved for.
-    solution : Solution
-        Where the iteration ended.
-    working_mode : array of int, shape (actuated joints,)
-        Of the posture.
-    tolerance : float
-        Largest misfit of a closed loop.
-
-    Returns
-    -------
-    ClosedPosture
-        Of the solution.
-
-    Raises
-    ------
-    ClosureError
-        A loop is not closed; the message names its limb.
-
-    """
+    """Return the posture of a solution; raise ClosureError if a loop misses by too much."""
     worst = int(np.argmax(solution.misfit))
     misfit, direct = float(solution.misfit[worst]), solution.system.direct_conditioning
     n = len(limbs.actuated)

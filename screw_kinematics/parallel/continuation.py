@@ -21,8 +21,6 @@ from .screw_system import SINGULAR
 from ..errors import AssemblyModeError, ScrewKinematicsError, SingularityError
 from ..screws.se3 import Array
 
-__all__ = ['check_same_mode', 'Effort', 'follow']
-
 LONGEST = 0.3
 """Longest predicted motion of a passive joint in one step [rad, m by the length]."""
 NEARLY_CLOSED = 1e-6
@@ -32,47 +30,17 @@ SAME = 1e-6
 
 
 class Effort(NamedTuple):
-    """
-    How long a way is searched for.
+    """How long a way is searched for."""
 
-    Parameters
-    ----------
-    steps : int
-        Steps, taken or refused, after which the search is given up.
-    iterations : int
-        Newton steps in each of them.
-    shortest : float
-        Part of the way below which a step is given up.
-
-    """
-
-    steps: int = 1000
-    iterations: int = MAX_ITERATIONS
-    shortest: float = 1e-5
+    steps: int = 1000                   # taken or refused, after which the search is given up
+    iterations: int = MAX_ITERATIONS    # Newton steps in each of them
+    shortest: float = 1e-5              # part of the way below which a step is given up
 
 
 def follow(limbs: Limbs, start: ClosedPosture, target: Array, closed: float,
            effort: Effort = Effort()) -> ClosedPosture:
     """
-    Return the posture for given actuators, in the assembly mode of another posture.
-
-    Parameters
-    ----------
-    limbs : Limbs
-        What to follow.
-    start : ClosedPosture
-        Where to start.
-    target : array, shape (actuated joints,)
-        Positions of the actuated joints [rad, m].
-    closed : float
-        Largest misfit of a closed loop.
-    effort : Effort
-        How long to search.
-
-    Returns
-    -------
-    ClosedPosture
-        With the iterations of the whole way.
+    Return the posture for given actuators [rad, m], in the assembly mode of another posture.
 
     Raises
     ------
@@ -113,22 +81,9 @@ def follow(limbs: Limbs, start: ClosedPosture, target: Array, closed: float,
 
 def check_same_mode(limbs: Limbs, posture: ClosedPosture, expected: ClosedPosture) -> None:
     """
-    Raise an error unless two postures for the same actuators are the same.
+    Raise AssemblyModeError, with a joint that differs, unless two postures are the same.
 
-    Parameters
-    ----------
-    limbs : Limbs
-        Whose postures they are.
-    posture : ClosedPosture
-        The one in question.
-    expected : ClosedPosture
-        The one in the assembly mode of home.
-
-    Raises
-    ------
-    AssemblyModeError
-        They are not; the message names a joint that differs.
-
+    They are for the same actuators; the expected one is in the assembly mode of home.
     """
     away = np.abs(limbs.difference(posture.joints, expected.joints))
     worst = int(np.argmax(away))

@@ -21,17 +21,10 @@ import numpy as np
 
 from ..screws.se3 import Array
 
-__all__ = ['OrthogonalColumns']
-
 
 class OrthogonalColumns:
     """
-    A matrix of full column rank as unit columns times an upper triangle.
-
-    Parameters
-    ----------
-    columns : sequence of array, shape (m,)
-        Of floats or of scalar expressions.
+    A matrix of full column rank, of floats or expressions, as unit columns times a triangle.
 
     Examples
     --------
@@ -61,37 +54,11 @@ class OrthogonalColumns:
         return parts, vector
 
     def solve(self, right: Array) -> list[Any]:
-        """
-        Return the solution of least squares for a right side, shape (m,).
-
-        Parameters
-        ----------
-        right : array, shape (m,)
-            Right side of the equations.
-
-        Returns
-        -------
-        list, of as many as there are columns
-            Floats or expressions.
-
-        """
+        """Return the solution of least squares for a right side, shape (m,)."""
         return self._substituted(self._reduced(right)[0])
 
     def solve_roughly(self, right: Array) -> list[Any]:
-        """
-        Return the same from half the work, for columns far from dependent.
-
-        Parameters
-        ----------
-        right : array, shape (m,)
-            Right side of the equations.
-
-        Returns
-        -------
-        list, of as many as there are columns
-            Floats or expressions.
-
-        """
+        """Return the same from half the work, for columns far from dependent."""
         return self._substituted([column @ right for column in self.unit])
 
     def _substituted(self, parts: list[Any]) -> list[Any]:
@@ -107,16 +74,7 @@ class OrthogonalColumns:
         """
         Return unit vectors orthogonal to the columns and to each other, near the seeds.
 
-        Parameters
-        ----------
-        seeds : iterable of array, shape (m,)
-            Independent of the columns; what is orthogonal to them already stays.
-
-        Returns
-        -------
-        list of array, shape (m,)
-            One for each seed.
-
+        Seeds are independent of the columns; what is orthogonal to them already stays.
         """
         count = len(self.unit)
         basis = OrthogonalColumns([])
@@ -128,16 +86,10 @@ class OrthogonalColumns:
 
     def inverse_square(self) -> Any:
         """
-        Return the sum of the squared singular values' inverses.
+        Return the sum of the squared singular values' inverses: large for dependent columns.
 
-        Its root is between 1 and the root of the number of columns, by the smallest
-        singular value.
-
-        Returns
-        -------
-        float or expression
-            Large where the columns are nearly dependent.
-
+        Its root is between 1 and the root of the number of columns, by the smallest singular
+        value.
         """
         total: Any = 0.0
         for j in range(len(self.unit)):
@@ -146,15 +98,7 @@ class OrthogonalColumns:
         return total
 
     def inverse_size_square(self) -> Any:
-        """
-        Return the sum of the inverse squares of what each column adds to those before.
-
-        Returns
-        -------
-        float or expression
-            Large where a column is nearly in the span of those before.
-
-        """
+        """Return the sum of the inverse squares of what each column adds to those before."""
         return sum((x * x for x in self._inverse_sizes), 0.0)
 
 

@@ -19,8 +19,6 @@ from ..screws.rigid import row_of_pose
 from ..screws.se3 import Array
 from ..screws.states import reduced_from_classical
 
-__all__ = ['Limbs', 'traced_bias']
-
 LARGEST = 1e100
 """Length whose square is still a number [m]."""
 
@@ -29,23 +27,9 @@ class Limbs:
     """
     Open chains that share base and platform, and the joints they are made of.
 
-    All joint vectors hold the actuated joints first, then the passive ones, limb by limb.
-
-    Parameters
-    ----------
-    chains : sequence of SerialChain
-        One per limb, from the base frame to the platform frame.
-    actuated : sequence of str
-        Names of the measured joints, in the order of the samples.
-    length : float, optional
-        Characteristic length [m] that makes angles and lengths comparable. Default: mean
-        distance of the limbs' last joints from the platform frame's origin.
-
-    Raises
-    ------
-    InvalidValueError
-        The chains and the actuated joints do not make a parallel manipulator.
-
+    All joint vectors hold the actuated joints first, then the passive ones, limb by limb. The
+    characteristic length [m] makes angles and lengths comparable; by default it is the mean
+    distance of the limbs' last joints from the platform frame's origin.
     """
 
     def __init__(self, chains: Sequence[SerialChain], actuated: Sequence[str],
@@ -104,25 +88,7 @@ class Limbs:
                                         f'their joints: {", ".join(known)}')
 
     def positions(self, home: Mapping[str, float]) -> Array:
-        """
-        Return the positions of all joints where some are given by name.
-
-        Parameters
-        ----------
-        home : mapping from str to float
-            Positions [rad, m]; joints that are not named are at 0.
-
-        Returns
-        -------
-        array, shape (joints,)
-            In the order of ``joint_names``.
-
-        Raises
-        ------
-        UnknownNameError
-            There is no such joint.
-
-        """
+        """Return the positions of all joints [rad, m]; those that home does not name are at 0."""
         for name in home:
             if name not in self.joint_names:
                 raise UnknownNameError('joint in the home posture:', name, self.joint_names)
@@ -132,25 +98,9 @@ class Limbs:
         """
         Return where each limb carries the platform, and its present screws.
 
-        Parameters
-        ----------
-        values : sequence of float
-            Positions of all joints [rad, m].
-
-        Returns
-        -------
-        rotations : array, shape (limbs, 3, 3)
-            From platform to base coordinates.
-        positions : array, shape (limbs, 3)
-            Of the platform frame in the base frame [m].
-        screws : LimbScrews
-            About each limb's own platform point, in base axes.
-
-        Raises
-        ------
-        InvalidValueError
-            A value is too large to compute with.
-
+        Rotations from platform to base coordinates, (limbs, 3, 3); positions of the platform frame
+        in the base frame, (limbs, 3) [m]; and screws about each limb's own platform point, in base
+        axes.
         """
         flat = np.array(self._program(0).evaluate(values), dtype=float)
         if not np.abs(flat).max() < LARGEST:
@@ -163,72 +113,23 @@ class Limbs:
         """
         Return the states of the limbs' tips without their joints' highest derivative.
 
-        Parameters
-        ----------
-        values : sequence of float
-            Positions of all joints, then their derivatives of order 1 to ``order`` - 1.
-        order : int
-            At least 2.
-
-        Returns
-        -------
-        array, shape (limbs, 6)
-            Reduced states of the order, pole at the platform point, axes of the base.
-
+        From the positions of all joints and their derivatives below an order of at least 2;
+        reduced, of shape (limbs, 6), pole at the platform point, axes of the base.
         """
         return np.array(self._program(order).evaluate(values), dtype=float)[:-1].reshape(-1, 6)
 
     def difference(self, joints: Array, others: Array) -> Array:
-        """
-        Return joints - others, without whole turns.
-
-        Parameters
-        ----------
-        joints, others : array, shape (joints,)
-            Positions of all joints [rad, m].
-
-        Returns
-        -------
-        array, shape (joints,)
-            Within half a turn for turning joints [rad, m].
-
-        """
+        """Return joints - others, without whole turns."""
         away = joints - others
         return away - np.where(self.turning, 2 * np.pi * np.round(away / (2 * np.pi)), 0.0)
 
     def at(self, joints: Iterable[float]) -> str:
-        """
-        Return the positions of the actuated joints, for messages.
-
-        Parameters
-        ----------
-        joints : iterable of float
-            Positions, the actuated joints' first [rad, m].
-
-        Returns
-        -------
-        str
-            Such as ``at q1 0.5, q2 1``.
-
-        """
+        """Return the positions of the actuated joints, for messages: ``at q1 0.5, q2 1``."""
         values = ', '.join(f'{name} {value:.6g}' for name, value in zip(self.actuated, joints))
         return f'at {values}'
 
     def points(self, joints: Array) -> list[Array]:
-        """
-        Return points to draw each limb through: one per joint, then the platform's.
-
-        Parameters
-        ----------
-        joints : array, shape (joints,)
-            Positions of all joints [rad, m].
-
-        Returns
-        -------
-        list of array, shape (joints + 1, 3)
-            In base axes [m].
-
-        """
+        """Return points to draw limbs through, (joints + 1, 3) each [m], the platform's last."""
         drawn = []
         for chain, columns in zip(self.chains, self.columns):
             posture = chain.posture(joints[columns])
@@ -275,22 +176,9 @@ def _length(chains: Sequence[SerialChain]) -> float:
 
 def traced_bias(chain: SerialChain, values: Sequence[Array], order: int) -> Array:
     """
-    Return one limb's bias as expressions of joint positions and derivatives below an order.
+    Return one limb's bias, shape (6,), as expressions.
 
-    Parameters
-    ----------
-    chain : SerialChain
-        The limb.
-    values : sequence of array, shape (joints of the limb,)
-        Positions and derivatives of order 1 to ``order`` - 1, traced.
-    order : int
-        Of the bias, at least 2.
-
-    Returns
-    -------
-    array, shape (6,)
-        Reduced state of the order with the highest derivative at zero, of expressions.
-
+    Of traced joint positions and their derivatives below an order of at least 2.
     """
     return reduced_from_classical(tip_motion(chain, *values, np.zeros(chain.dof))[1])[order - 1]
 

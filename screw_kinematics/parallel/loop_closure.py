@@ -20,8 +20,6 @@ from .screw_system import Ranks, ScrewSystem
 from ..screws.rotations import pose
 from ..screws.se3 import Array
 
-__all__ = ['close_at_pose', 'close_loops', 'Solution']
-
 MAX_ITERATIONS = 12
 CONVERGED = 1e-12
 """Size of the last step [rad, or lengths by the characteristic length]."""
@@ -38,22 +36,10 @@ class Solution:
     """
     Where the iteration ended.
 
-    Parameters
-    ----------
-    joints : array, shape (joints,)
-        Positions of all joints [rad, m].
-    pose : array, shape (4, 4)
-        Of the platform; where the limbs disagree, the one nearest to all.
-    system : ScrewSystem
-        The screws one step before.
-    misfit : array, shape (limbs,)
-        How far each limb's tip is from the platform (from the tips' mean, where its pose
-        is unknown): rotation [rad] and displacement by the characteristic length.
-    iterations : int
-        Steps that were made.
-    converged : bool
-        Whether it came to rest, be it with the loops closed or not.
-
+    Where the limbs disagree, the pose is the one nearest to all; the screws are those one step
+    before. The misfit is how far each limb's tip is from the platform (from the tips' mean, where
+    its pose is unknown): rotation [rad] and displacement by the characteristic length. Converged
+    is what came to rest, be it with the loops closed or not.
     """
 
     joints: Array
@@ -69,22 +55,7 @@ def close_loops(limbs: Limbs, joints: Array, ranks: Ranks | None = None,
     """
     Move the passive joints until the limbs agree about the platform.
 
-    Parameters
-    ----------
-    limbs : Limbs
-        What to close.
-    joints : array, shape (joints,)
-        All joints, where to start [rad, m]; the actuated ones are kept.
-    ranks : Ranks, optional
-        Of the limbs' passive screws in general posture.
-    iterations : int
-        Most steps.
-
-    Returns
-    -------
-    Solution
-        Where the iteration ended.
-
+    Ranks are those of the limbs' passive screws in general posture.
     """
     rest = np.zeros(len(limbs.actuated))
 
@@ -97,26 +68,7 @@ def close_loops(limbs: Limbs, joints: Array, ranks: Ranks | None = None,
 
 def close_at_pose(limbs: Limbs, joints: Array, pose: Array,
                   ranks: Ranks | None = None) -> Solution:
-    """
-    Move all joints until every limb has the platform at a given pose.
-
-    Parameters
-    ----------
-    limbs : Limbs
-        What to close.
-    joints : array, shape (joints,)
-        All joints, where to start [rad, m]; none is kept.
-    pose : array, shape (4, 4)
-        Of the platform frame in the base frame [m].
-    ranks : Ranks, optional
-        Of the limbs' passive screws in general posture.
-
-    Returns
-    -------
-    Solution
-        Where the iteration ended.
-
-    """
+    """Move all joints until every limb has the platform at a pose in the base frame."""
     def step(system: ScrewSystem, error: Array) -> tuple[Array, Array]:
         actuated, passive = system.solve_joints(error)
         return np.concatenate([actuated, passive[limbs.slot_of]]), np.zeros(6)

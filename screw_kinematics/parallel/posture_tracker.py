@@ -18,53 +18,25 @@ from ..errors import ScrewKinematicsError
 from ..screws.rigid import pose_from_row, row_of_pose
 from ..screws.se3 import Array
 
-__all__ = ['PostureTracker', 'Solved']
-
 THOROUGH, BRIEF = Effort(40, 8, 1e-3), Effort(1, 4, 1.0)
 FAILURES_BEFORE_PAUSE, PAUSE = 16, 8
 """After so many samples without a posture in a row, only every so many-th is searched for."""
 
 
 class Solved(NamedTuple):
-    """
-    What is known at a sample, flat.
+    """What is known at a sample, flat."""
 
-    Parameters
-    ----------
-    seen : sequence of float
-        Pose, states by order and Jacobian, in a row; the last only if it was asked for.
-    passive : sequence of float
-        Positions of the passive joints [rad, m].
-    passive_rates : sequence of float
-        Their derivatives by order.
-
-    """
-
-    seen: Sequence[float]
-    passive: Sequence[float]
-    passive_rates: Sequence[float]
+    seen: Sequence[float]             # pose, states by order and, if asked for, Jacobian, in a row
+    passive: Sequence[float]          # positions of the passive joints [rad, m]
+    passive_rates: Sequence[float]    # their derivatives by order
 
 
 class PostureTracker:
     """
-    The posture of a manipulator, going on from sample to sample.
+    The posture of a manipulator, going on from sample to sample, at first from home.
 
-    Samples near the last one take traced Newton steps; what these do not certainly find
-    is searched for on the way from the last good posture, then from home.
-
-    Parameters
-    ----------
-    limbs : Limbs
-        What moves.
-    home : ClosedPosture
-        Where a stream begins.
-    closed : float
-        Largest misfit of a closed loop.
-    order : int
-        Highest time derivative.
-    with_jacobian : bool
-        Whether the Jacobian is wanted.
-
+    Samples near the last one take traced Newton steps; what these do not certainly find is
+    searched for on the way from the last good posture, then from home.
     """
 
     def __init__(self, limbs: Limbs, home: ClosedPosture, closed: float, order: int,
@@ -107,17 +79,7 @@ class PostureTracker:
 
     def update(self, values: Sequence[float]) -> Solved:
         """
-        Go on to a sample.
-
-        Parameters
-        ----------
-        values : sequence of float
-            Of the actuated joints: positions, velocities, ... up to the order.
-
-        Returns
-        -------
-        Solved
-            The posture and its rates, on the way from the last one.
+        Go on to a sample: positions, velocities, ... of the actuated joints up to the order.
 
         Raises
         ------

@@ -18,8 +18,6 @@ from .screw_system import SINGULAR
 from ..errors import InvalidValueError, SingularityError
 from ..screws.se3 import Array
 
-__all__ = ['joint_rates', 'platform_states']
-
 INFEASIBLE = 1e-6
 """Part of a platform motion that may be left over by the limbs."""
 
@@ -29,22 +27,8 @@ def platform_states(limbs: Limbs, posture: ClosedPosture,
     """
     Return the platform's states and the passive joints' derivatives.
 
-    Parameters
-    ----------
-    limbs : Limbs
-        What moves.
-    posture : ClosedPosture
-        Where they are.
-    derivatives : sequence of array, shape (actuated joints,)
-        First, second, ... of the actuated joints.
-
-    Returns
-    -------
-    states : list of array, shape (6,)
-        Reduced, pole at the platform frame's origin, axes of the base.
-    passive : list of array, shape (passive joints,)
-        First, second, ... derivatives.
-
+    From those of the actuated joints, by order. States are reduced, pole at the platform frame's
+    origin, axes of the base.
     """
     system, values = posture.system, posture.joints.tolist()
     states: list[Array] = []
@@ -63,23 +47,9 @@ def platform_states(limbs: Limbs, posture: ClosedPosture,
 def joint_rates(limbs: Limbs, posture: ClosedPosture,
                 states: Sequence[Array]) -> tuple[list[Array], list[Array]]:
     """
-    Return the derivatives of all joints for given states of the platform.
+    Return the derivatives of the actuated and the passive joints for states of the platform.
 
-    Parameters
-    ----------
-    limbs : Limbs
-        What moves.
-    posture : ClosedPosture
-        Where they are.
-    states : sequence of array, shape (6,)
-        Reduced, of order 1, 2, ..., pole at the platform frame's origin, axes of the base.
-
-    Returns
-    -------
-    actuated : list of array, shape (actuated joints,)
-        First, second, ... derivatives.
-    passive : list of array, shape (passive joints,)
-        First, second, ... derivatives.
+    States are reduced, pole at the platform frame's origin, axes of the base.
 
     Raises
     ------

@@ -23,8 +23,6 @@ import numpy as np
 
 from ..screws.se3 import Array
 
-__all__ = ['Conditioning', 'LimbScrews', 'Ranks', 'ScrewSystem', 'SINGULAR']
-
 RANK_TOLERANCE = 1e-6
 """Relative size below which a singular value counts as zero where ranks are decided."""
 SINGULAR = 1e-6
@@ -33,20 +31,10 @@ _TINY = 1e-300
 
 
 class LimbScrews(NamedTuple):
-    """
-    Unit screws of the joints about the platform point, in base axes; zero where absent.
+    """Unit screws of the joints about the platform point, in base axes; zero where absent."""
 
-    Parameters
-    ----------
-    passive : array, shape (limbs, 6, most passive joints of a limb)
-        Of the passive joints, limb by limb.
-    actuated : array, shape (limbs, 6, actuated joints)
-        Of the actuated joints, in each limb.
-
-    """
-
-    passive: Array
-    actuated: Array
+    passive: Array     # (limbs, 6, most passive joints of a limb)
+    actuated: Array    # (limbs, 6, actuated joints)
 
 
 @dataclass(frozen=True)
@@ -77,62 +65,29 @@ class Ranks(NamedTuple):
     """
     Ranks of the limbs' passive screws in general posture.
 
-    A limb of rank r has its r largest singular values, and 6 - r reciprocal wrenches, in
-    singular postures too: nothing jumps when a singularity is passed.
-
-    Parameters
-    ----------
-    kept : array of bool, shape (limbs, singular values)
-        Which singular values count.
-    limb_of_row, row : array of int, shape (wrenches,)
-        Limb of each reciprocal wrench, and its place among the left singular vectors.
-
+    A limb of rank r has its r largest singular values, and 6 - r reciprocal wrenches, in singular
+    postures too: nothing jumps when a singularity is passed.
     """
 
-    kept: Array
-    limb_of_row: Array
-    row: Array
+    kept: Array           # (limbs, singular values), which of them count
+    limb_of_row: Array    # limb of each reciprocal wrench
+    row: Array            # and its place among the left singular vectors
 
     @classmethod
     def of(cls, sizes: Array) -> Ranks:
-        """
-        Return the ranks that singular values show.
-
-        Parameters
-        ----------
-        sizes : array, shape (limbs, n)
-            Singular values of the passive screws, largest first.
-
-        Returns
-        -------
-        Ranks
-            In a posture that is not singular those in general.
-
-        """
+        """Return the ranks that singular values show, of shape (limbs, n), largest first."""
         ranks = np.sum(sizes > RANK_TOLERANCE * sizes[:, :1], axis=1)[:, None]
         return cls(np.arange(sizes.shape[1]) < ranks, *np.nonzero(np.arange(6) >= ranks))
 
 
 class ScrewSystem:
     """
-    The limbs' screws at one posture, and what follows from them.
+    The limbs' screws at one posture, about the platform point, and what follows from them.
 
-    Parameters
-    ----------
-    screws : LimbScrews
-        About the platform point, in base axes.
-    length : float
-        Characteristic length [m]: linear parts are divided by it, so that angles and
-        lengths are comparable in all least squares and singular values.
-    ranks : Ranks, optional
-        Of the limbs' passive screws in general posture. Default: as found here.
-
-    Attributes
-    ----------
-    rows : array, shape (wrenches, 6)
-        Reciprocal to the passive screws of a limb each, limb after limb: :attr:`wrenches`
-        in the order of a row, of unit size with the characteristic length.
-
+    Linear parts are divided by the characteristic length [m], so that angles and lengths are
+    comparable in all least squares and singular values. Rows, of shape (wrenches, 6), are
+    reciprocal to the passive screws of a limb each, limb after limb: :attr:`wrenches` in the order
+    of a row, of unit size with that length.
     """
 
     def __init__(self, screws: LimbScrews, length: float, ranks: Ranks | None = None) -> None:
@@ -157,18 +112,9 @@ class ScrewSystem:
         """
         Return the platform's state and the passive joints' rates, actuators given.
 
-        Parameters
-        ----------
-        bias : array, shape (limbs, 6)
-            ``A_k a + b_k``: what each limb's tip does with its passive joints at rest.
-
-        Returns
-        -------
-        state : array, shape (6,)
-            Least squares over the limbs, where they disagree.
-        rates : array, shape (limbs, slots)
-            Of the passive joints.
-
+        The bias ``A_k a + b_k``, of shape (limbs, 6), is what each limb's tip does with its
+        passive joints at rest. The state is of least squares, where limbs disagree; rates are of
+        shape (limbs, slots).
         """
         bias = bias * self._scale
         onto = (self.rows * bias[self._limb_of_row]).sum(axis=1)
@@ -178,20 +124,10 @@ class ScrewSystem:
 
     def solve_joints(self, demand: Array) -> tuple[Array, Array]:
         """
-        Return the rates of all joints, platform given.
+        Return the rates of the actuated joints, and of the passive ones by limb, platform given.
 
-        Parameters
-        ----------
-        demand : array, shape (limbs, 6)
-            ``X - b_k``: what each limb's joints have to bring about.
-
-        Returns
-        -------
-        actuated : array, shape (actuated joints,)
-            Rates [rad/s, m/s].
-        passive : array, shape (limbs, slots)
-            Rates [rad/s, m/s].
-
+        The demand ``X - b_k``, of shape (limbs, 6), is what each limb's joints have to bring
+        about.
         """
         demand = demand * self._scale
         onto = (self.rows * demand[self._limb_of_row]).sum(axis=1)
@@ -200,54 +136,15 @@ class ScrewSystem:
         return actuated, (self._from_tip @ rest[..., None])[..., 0]
 
     def actuated_motion(self, actuated: Array) -> Array:
-        """
-        Return ``A_k a``: the motion of the limbs' tips with the passive joints at rest.
-
-        Parameters
-        ----------
-        actuated : array, shape (actuated joints,)
-            Rates [rad/s, m/s].
-
-        Returns
-        -------
-        array, shape (limbs, 6)
-            Twists about the platform point.
-
-        """
+        """Return ``A_k a``, (limbs, 6): the motion of the tips with the passive joints at rest."""
         return (self._actuated @ actuated) / self._scale
 
     def passive_motion(self, passive: Array) -> Array:
-        """
-        Return ``P_k p``: the motion of the limbs' tips with the actuated joints at rest.
-
-        Parameters
-        ----------
-        passive : array, shape (limbs, slots)
-            Rates [rad/s, m/s].
-
-        Returns
-        -------
-        array, shape (limbs, 6)
-            Twists about the platform point.
-
-        """
+        """Return ``P_k p``, (limbs, 6): the motion of the tips with the actuators at rest."""
         return (self._passive @ passive[..., None])[..., 0] / self._scale
 
     def size(self, six_vectors: Array) -> Array:
-        """
-        Return the norm with the characteristic length.
-
-        Parameters
-        ----------
-        six_vectors : array, shape (..., 6)
-            Twists, or displacements.
-
-        Returns
-        -------
-        array, shape (...)
-            In rad or rad/s.
-
-        """
+        """Return the norm of six-vectors with the characteristic length [rad, rad/s]."""
         return np.linalg.norm(six_vectors * self._scale, axis=-1)
 
     @cached_property
@@ -260,29 +157,16 @@ class ScrewSystem:
         return np.einsum('ri,rij->rj', self.rows, self._actuated[self._limb_of_row])
 
     def mobility(self) -> int:
-        """
-        Return the number of freedoms of the platform and the actuated joints together.
-
-        Returns
-        -------
-        int
-            Of the loops that are closed at this posture.
-
-        """
+        """Return the number of freedoms of the platform and the actuated joints together."""
         both = np.linalg.svd(np.hstack([self.rows, -self.work]), compute_uv=False)
         return 6 + self.work.shape[1] - int(np.sum(both > RANK_TOLERANCE * both[0]))
 
     def limb_wrenches(self) -> tuple[list[Array], list[Array]]:
         """
-        Return the reciprocal wrenches of each limb, those held by actuators apart.
+        Return the reciprocal wrenches of each limb: those held by actuators, and constraints.
 
-        Returns
-        -------
-        actuation, constraint : list of array, shape (n, 6)
-            Unit screws ``(force; moment)``, couples of unit moment. The former do positive
-            work in their actuators' positive sense; the latter are reciprocal to all joints
-            of the limb.
-
+        Unit screws ``(force; moment)``, couples of unit moment. The former do positive work in
+        their actuators' positive sense; the latter are reciprocal to all joints of the limb.
         """
         actuation, constraint = [], []
         for limb in range(len(self._passive)):
@@ -338,39 +222,14 @@ class ScrewSystem:
         """
         Return a number whose sign tells whether the assembly mode is the same.
 
-        It is the determinant of the platform's system times that of a posture nearby,
-        each limb's wrenches matched with those before: negative if there is a direct
-        singularity in between.
-
-        Parameters
-        ----------
-        before : ScrewSystem
-            Of the posture nearby.
-
-        Returns
-        -------
-        float
-            Only its sign means something.
-
+        It is the determinant of the platform's system times that of a posture nearby, each limb's
+        wrenches matched with those before: negative if there is a direct singularity in between.
         """
         same = self._blocking @ before._blocking
         return float(np.linalg.det(same.sum(axis=0)))
 
     def working_signs(self, before: ScrewSystem) -> Array:
-        """
-        Return -1 for each actuator that passed an inverse singularity, else 1.
-
-        Parameters
-        ----------
-        before : ScrewSystem
-            Of a posture nearby.
-
-        Returns
-        -------
-        array, shape (actuated joints,)
-            Relative to that posture.
-
-        """
+        """Return -1 for each actuator that passed an inverse singularity since then, else 1."""
         now, then = (s._blocking @ s._actuated for s in (self, before))
         return np.where(np.einsum('kij,kij->j', now, then) < 0, -1, 1)
 

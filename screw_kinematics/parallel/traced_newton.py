@@ -15,8 +15,6 @@ from .screw_system import Ranks
 from .traced_step import LARGEST_TURN, trace_first_step, trace_step, work_places
 from ..programs.machine import machine
 
-__all__ = ['Moving', 'NearbySteps', 'NextPosture']
-
 LONGEST = 0.1
 """Longest way of an actuated joint from sample to sample [rad, m by the length]."""
 NEAR = 0.03
@@ -32,65 +30,27 @@ APART = 0.25
 
 
 class Moving(NamedTuple):
-    """
-    A posture, and how it moves: what the next one is foreseen from.
+    """A posture, and how it moves: what the next one is foreseen from."""
 
-    Parameters
-    ----------
-    actuated : sequence of float
-        Positions of the actuated joints [rad, m].
-    rates : sequence of float
-        Their derivatives by order.
-    carried : sequence of float
-        Passive joints, their derivatives by order (at least the first), and memory.
-
-    """
-
-    actuated: Sequence[float]
-    rates: Sequence[float]
-    carried: Sequence[float]
+    actuated: Sequence[float]    # their positions [rad, m]
+    rates: Sequence[float]       # their derivatives by order
+    carried: Sequence[float]     # passive joints, at least one derivative of them, and memory
 
 
 class NextPosture(NamedTuple):
-    """
-    What was found near the last posture.
+    """What was found near the last posture."""
 
-    Parameters
-    ----------
-    moving : Moving
-        What the one after it is foreseen from.
-    seen : sequence of float
-        Pose, states by order and Jacobian, in a row; the last only if it was asked for.
-    squared_misfit : sequence of float
-        Of each limb's loop.
-    iterations : int
-        Newton steps that were made.
-
-    """
-
-    moving: Moving
-    seen: Sequence[float]
-    squared_misfit: Sequence[float]
-    iterations: int
+    moving: Moving                     # what the one after it is foreseen from
+    seen: Sequence[float]              # pose, states by order and, if wanted, Jacobian
+    squared_misfit: Sequence[float]    # of each limb's loop
+    iterations: int                    # Newton steps that were made
 
 
 class NearbySteps:
     """
     Postures and rates close to the last ones.
 
-    Parameters
-    ----------
-    limbs : Limbs
-        With passive screws that are independent in general posture.
-    ranks : Ranks
-        Of them.
-    order : int
-        Highest time derivative.
-    with_jacobian : bool
-        Whether the Jacobian is wanted.
-    closed : float
-        Largest misfit of a closed loop.
-
+    The limbs' passive screws are independent in general posture, in which they have the ranks.
     """
 
     def __init__(self, limbs: Limbs, ranks: Ranks, order: int, with_jacobian: bool,
@@ -120,18 +80,8 @@ class NearbySteps:
         """
         Return what the next posture is found with, of one that was found otherwise.
 
-        Parameters
-        ----------
-        posture : ClosedPosture
-            The last one.
-        rates, passive_rates : sequence of float
-            Derivatives of the actuated and the passive joints, by order; none if it rests.
-
-        Returns
-        -------
-        Moving
-            For :meth:`find`.
-
+        Derivatives of the actuated and the passive joints are by order; there are none if it
+        rests.
         """
         return Moving(posture.actuated.tolist(), rates, [
             *posture.passive.tolist(), *(passive_rates or self._still),
@@ -142,18 +92,7 @@ class NearbySteps:
         """
         Return the next posture and its rates; None if it is not certainly the next one.
 
-        Parameters
-        ----------
-        before : Moving
-            The last posture.
-        values : sequence of float
-            Of the actuated joints: positions, velocities, ... up to the order.
-
-        Returns
-        -------
-        NextPosture or None
-            In the assembly mode of the last one.
-
+        From positions, velocities, ... of the actuated joints up to the order.
         """
         way = [*map(sub, values, before.actuated)]
         for k in self._wraps:

@@ -20,31 +20,21 @@ from .limbs import Limbs, traced_bias
 from ..programs.tracing import Graph, straight_line, StraightLineProgram
 from ..screws.se3 import Array, skew
 
-__all__ = ['trace_first_step', 'trace_step', 'TracedStep', 'work_places']
-
 LARGEST_TURN = 0.05
 """Angle from a limb's tip to the platform up to which the pose is exact [rad]."""
 
 
 class TracedStep(NamedTuple):
     """
-    The program of :func:`trace_step`, and where its numbers are.
+    The program of :func:`trace_step`, and where its outputs are.
 
-    It reads the actuated joints, their derivatives by order, the passive joints, and the memory
-    of the last posture.
-
-    Parameters
-    ----------
-    line : StraightLineProgram
-        The program.
-    slices : dict from str to slice
-        Of the outputs: squared ``size`` of the step with the characteristic length; ``tests``,
-        all squared: angle from limb 1's tip to the platform, change of the wrenches since the
-        last posture, inverse distance to direct singularities, inverse distance of the limbs
-        to theirs; ``margins``, negative for an actuator that may have passed an inverse
-        singularity; squared ``misfit`` of each limb; ``pose``; reduced ``states`` by order;
-        ``jacobian``; ``passive`` joints after the step; their ``rates`` by order; ``memory``.
-
+    It reads the actuated joints, their derivatives by order, the passive joints, and the memory of
+    the last posture. It yields the squared ``size`` of the step with the characteristic length;
+    ``tests``, all squared: angle from limb 1's tip to the platform, change of the wrenches since
+    the last posture, inverse distance to direct singularities, inverse distance of the limbs to
+    theirs; ``margins``, negative for an actuator that may have passed an inverse singularity;
+    squared ``misfit`` of each limb; ``pose``; reduced ``states`` by order; ``jacobian``;
+    ``passive`` joints after the step; their ``rates`` by order; ``memory``.
     """
 
     line: StraightLineProgram
@@ -70,22 +60,7 @@ class _Limb:
 
 
 def work_places(limbs: Limbs, limb_of_row: Sequence[int]) -> list[tuple[int, int]]:
-    """
-    Return the wrenches and actuators between which there can be work, in pairs.
-
-    Parameters
-    ----------
-    limbs : Limbs
-        Whose wrenches they are.
-    limb_of_row : sequence of int
-        Limb of each wrench.
-
-    Returns
-    -------
-    list of (int, int)
-        Row of the wrench and column of the actuator.
-
-    """
+    """Return the rows and columns, wrenches and actuators, between which there can be work."""
     return [(row, column) for row, limb in enumerate(limb_of_row)
             for column in limbs.columns[limb] if column < len(limbs.actuated)]
 
@@ -94,22 +69,9 @@ def trace_first_step(limbs: Limbs, limb_of_row: Sequence[int], orders: int) -> S
     """
     Return the program that foresees a posture and makes one step from there.
 
-    Parameters
-    ----------
-    limbs : Limbs
-        As in :func:`trace_step`.
-    limb_of_row : sequence of int
-        Limb of each wrench.
-    orders : int
-        Derivatives of the passive joints that are known: at least one.
-
-    Returns
-    -------
-    StraightLineProgram
-        It reads the actuated joints; the time since the last posture and half its square;
-        passive joints, their derivatives by order, and memory of the last posture. It yields
-        the squared size of the step, and the passive joints after it.
-
+    It reads the actuated joints; the time since the last posture and half its square; passive
+    joints, their derivatives to some order, at least the first, and memory of the last posture. It
+    yields the squared size of the step, and the passive joints after it.
     """
     dof = len(limbs.actuated)
     n = len(limbs.joint_names) - dof
@@ -129,22 +91,7 @@ def trace_step(limbs: Limbs, limb_of_row: Sequence[int], order: int,
     """
     Return the program of a step, and of all that is known after it.
 
-    Parameters
-    ----------
-    limbs : Limbs
-        All with passive screws that are independent in general posture.
-    limb_of_row : sequence of int
-        Limb of each wrench.
-    order : int
-        Highest time derivative.
-    with_jacobian : bool
-        Whether the Jacobian is wanted.
-
-    Returns
-    -------
-    TracedStep
-        With the places of its outputs.
-
+    All limbs have passive screws that are independent in general posture.
     """
     dof = len(limbs.actuated)
     places = work_places(limbs, limb_of_row)

@@ -8,25 +8,14 @@ from typing import Union
 
 from .straight_line_program import Operation, StraightLineProgram
 
-__all__ = ['joined']
-
 
 def joined(parts: Iterable[tuple[StraightLineProgram, Sequence[int]]], n_inputs: int,
            ) -> StraightLineProgram:
     """
     Return the program whose outputs are those of all parts, one after the other.
 
-    Parameters
-    ----------
-    parts : iterable of (StraightLineProgram, sequence of int)
-        Each with the inputs of the whole that are its own inputs, in their order.
-    n_inputs : int
-        Of the whole.
-
-    Returns
-    -------
-    StraightLineProgram
-        Operations that are equal are in it once; results are the same to the last bit.
+    Each part comes with the inputs of the whole that are its own. Operations that are equal are in
+    it once; results are the same to the last bit.
 
     Examples
     --------

@@ -9,8 +9,6 @@ import re
 from .assignments import assignments
 from .straight_line_program import StraightLineProgram
 
-__all__ = ['latex_rows']
-
 _DOTS = {'q': 'q', 'qd': r'\dot{q}', 'qdd': r'\ddot{q}', 'qddd': r'\dddot{q}',
          'qdddd': r'\ddddot{q}'}
 _TOKEN = re.compile(r'(?P<number>\d+\.?\d*(?:e[+-]?\d+)?)|(?P<name>[A-Za-z]+)(?P<index>\d*)')
@@ -19,21 +17,7 @@ _TOKEN = re.compile(r'(?P<number>\d+\.?\d*(?:e[+-]?\d+)?)|(?P<name>[A-Za-z]+)(?P
 def latex_rows(line: StraightLineProgram, input_names: Sequence[str],
                output_names: Sequence[str]) -> list[tuple[str, str]]:
     r"""
-    Return the equations of a program: its terms, then its outputs.
-
-    Parameters
-    ----------
-    line : StraightLineProgram
-        The program.
-    input_names : sequence of str
-        Such as q1, qd1, ...: the inputs.
-    output_names : sequence of str
-        LaTeX of the outputs.
-
-    Returns
-    -------
-    list of (str, str)
-        Left and right sides.
+    Return the equations of a program, left and right sides: its terms, then its outputs.
 
     Examples
     --------

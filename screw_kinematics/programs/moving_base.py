@@ -26,8 +26,6 @@ from ..screws.se3 import Array, lie_product, matvec, rotate, shift_pole
 from ..screws.states import compose
 from ..screws.vectors import skew
 
-__all__ = ['AT_REST', 'BASE_INPUTS', 'MovingBaseProgram', 'carry', 'carry_batch']
-
 BASE_INPUTS = 12 + 4 * 6
 """Numbers that tell the motion of a base."""
 
@@ -47,27 +45,6 @@ class MovingBaseProgram:
 
     What it computes is relative to the world: 'base' axes and pole are the world's axes and
     origin. The Jacobian has six more columns behind those of the joints, of the base's twist.
-
-    Parameters
-    ----------
-    model : SerialChain or ParallelManipulator
-        Whose base moves.
-    outputs : iterable of str
-        As for ``model.compile``.
-    axes, pole : {'base', 'tip'}
-        Whose axes all but the pose are in, and the point they refer to; 'base' is the world.
-
-    Attributes
-    ----------
-    order, dof : int
-        Highest derivative of the measured joints that it takes, and how many they are.
-    slices : dict from str to slice
-        Where each output is in the result of ``evaluate``.
-
-    Raises
-    ------
-    UnknownNameError, InvalidValueError
-        An output, axes or pole is unknown.
 
     References
     ----------
@@ -97,39 +74,15 @@ class MovingBaseProgram:
 
     def evaluate(self, values: Sequence[float]) -> Sequence[float]:
         """
-        Return the outputs of one sample, one after the other.
+        Return the outputs of one sample, one after the other as ``slices`` say.
 
-        Parameters
-        ----------
-        values : sequence of float
-            Positions, velocities, ... of the joints up to ``order``, then the base's motion.
-
-        Returns
-        -------
-        sequence of float
-            Where which output is, ``slices`` say.
-
+        From positions, velocities, ... of the joints up to ``order``, then the base's motion.
         """
         n = self._joint_inputs
         return self._machine.evaluate((*self._inner.evaluate(values[:n]), *values[n:]))
 
     def batch(self, *motion: Array, base: Array) -> dict[str, Array]:
-        """
-        Return the outputs of many samples.
-
-        Parameters
-        ----------
-        *motion : array, shape (N, dof)
-            Of the joints: positions, velocities, ... up to ``order``.
-        base : array, shape (N, BASE_INPUTS)
-            Of the base.
-
-        Returns
-        -------
-        dict from str to array, shape (N, size of the output)
-            As of :meth:`Program.batch`.
-
-        """
+        """Return the outputs of many samples, as :meth:`Program.batch`; base: (N, BASE_INPUTS)."""
         inner = np.empty((len(base), self._inner_size))
         self._inner.batch(*motion, out=inner)
         out = np.empty((len(base), self._outputs))
@@ -137,27 +90,11 @@ class MovingBaseProgram:
         return {name: out[:, part] for name, part in self.slices.items()}
 
     def continue_from(self, before: Any) -> None:
-        """
-        Go on where the program before was, if samples depend on each other.
-
-        Parameters
-        ----------
-        before : MovingBaseProgram or Program
-            The one that evaluated the samples so far.
-
-        """
+        """Go on where the program before was, if samples depend on each other."""
         self._inner.continue_from(getattr(before, '_inner', before))
 
     def report(self) -> dict[str, Any]:
-        """
-        Return how the last posture is, if the program knows.
-
-        Returns
-        -------
-        dict
-            Of numbers by name; empty of an open chain.
-
-        """
+        """Return how the last posture is, if the program knows; empty of an open chain."""
         return dict(getattr(self._inner, 'report', dict)())
 
     @property
@@ -197,16 +134,8 @@ def carry(values: Sequence[float]) -> Sequence[float]:
     """
     Return the motion of a base at another instant, by its own derivatives.
 
-    Parameters
-    ----------
-    values : sequence of BASE_INPUTS + 2 float
-        The pose, and the twist and its derivatives, each of an instant of its own; then the times
-        from these two instants to the other one [s].
-
-    Returns
-    -------
-    sequence of BASE_INPUTS float
-        The motion there.
+    Pose and twist, with its derivatives, are of an instant of their own each; behind them are the
+    times from these to the other one [s].
 
     Examples
     --------
@@ -219,20 +148,7 @@ def carry(values: Sequence[float]) -> Sequence[float]:
 
 
 def carry_batch(values: Array) -> Array:
-    """
-    Return the motion of a base at many instants.
-
-    Parameters
-    ----------
-    values : array, shape (N, BASE_INPUTS + 2)
-        As of :func:`carry`, one row for each.
-
-    Returns
-    -------
-    array, shape (N, BASE_INPUTS)
-        The motions there.
-
-    """
+    """Return the motion of a base at many instants, as :func:`carry`, a row each."""
     out = np.empty((len(values), BASE_INPUTS))
     _carrier().batch([np.ascontiguousarray(values, dtype=float)], out, 2)
     return out

@@ -16,77 +16,31 @@ from ..screws.body_state import BodyState
 from ..screws.reference import check_axes, FRAMES
 from ..screws.se3 import Array
 
-__all__ = ['ALL', 'checked_outputs', 'find_quantity', 'NAMES', 'order_of', 'Part', 'Quantity',
-           'SIX_VECTORS', 'WITHOUT_SCREWS']
-
 PER_SECOND = ('', '/s', '/s^2', '/s^3', '/s^4')
 
 
 class Part(NamedTuple):
-    """
-    The angular or the linear part of a quantity.
+    """The angular or the linear part of a quantity."""
 
-    Parameters
-    ----------
-    symbol, latex : str
-        What stands for it in formulas.
-    unit : str
-        In SI.
-    title : str
-        Over a figure.
-
-    """
-
-    symbol: str
+    symbol: str    # in formulas
     latex: str
-    unit: str
-    title: str
+    unit: str      # in SI
+    title: str     # over a figure
 
 
 @dataclass(frozen=True)
 class Quantity:
-    """
-    A quantity.
+    """A quantity."""
 
-    Parameters
-    ----------
-    name : str
-        As the outputs of compiled chains are called.
-    order : int
-        Highest derivative of the joint positions in it.
-    meaning : str
-        In words.
-    parts : tuple of Part
-        Angular (or first) and linear (or second) part; none of what belongs to joints.
-    reduced : bool
-        Whether it is the reduced state of its order, not the classical motion of a point.
-    per : {'', 'joint', 'measured joint', 'passive joint'}
-        What there is one of it for; '' if there is one in all.
-
-    """
-
-    name: str
-    order: int
-    meaning: str
-    parts: tuple[Part, ...] = ()
-    reduced: bool = False
-    per: str = ''
+    name: str                       # as the outputs of compiled chains are called
+    order: int                      # highest derivative of the joint positions in it
+    meaning: str                    # in words
+    parts: tuple[Part, ...] = ()    # angular or first, linear or second; none of what is of joints
+    reduced: bool = False           # the reduced state of its order, not the classical motion
+    per: str = ''                   # 'joint', 'measured joint', 'passive joint': one for each
 
     def size(self, dof: int, joints: int = 0, passive: int = 0) -> int:
-        """
-        Return how many numbers it has.
-
-        Parameters
-        ----------
-        dof, joints, passive : int
-            Numbers of measured joints, of all joints of a chain, and of passive joints.
-
-        Returns
-        -------
-        int
-            For one sample.
-
-        """
+        """Return how many numbers it has, by the numbers of measured, all, and passive joints."""
         if self.name == 'pose':
             return 12
         each = 1 if self.per == 'passive joint' else 6
@@ -94,63 +48,26 @@ class Quantity:
                        'passive joint': passive}[self.per]
 
     def of(self, state: BodyState) -> Array:
-        """
-        Return the quantity of a state, about the state's pole and in its axes.
-
-        Parameters
-        ----------
-        state : BodyState
-            Of at least this order.
-
-        Returns
-        -------
-        array, shape (..., 6), or (..., 4, 4) of the pose
-            About the pole of the state, in its axes.
-
-        """
+        """Return the quantity of a state, about the state's pole and in its axes."""
         if self.name == 'pose':
             return state.pose
         return state.reduced[self.order - 1] if self.reduced else state.classical(self.order)
 
     def components(self) -> list[str]:
-        """
-        Return the names of the components: w_x, ...
-
-        Returns
-        -------
-        list of str
-            In the order of the numbers.
-
-        """
+        """Return the names of the components: w_x, ..."""
         if self.name == 'pose':
             return [f'p_{a}' for a in 'xyz'] + [f'R_{i}{j}' for i in '123' for j in '123']
         return [f'{part.symbol}_{axis}' for part in self.parts for axis in 'xyz']
 
     def latex_components(self) -> list[str]:
-        """
-        Return the LaTeX symbols of the components.
-
-        Returns
-        -------
-        list of str
-            In the order of the numbers.
-
-        """
+        """Return the LaTeX symbols of the components."""
         if self.name == 'pose':
             return [f'p_{{{a}}}' for a in 'xyz'] + [
                 f'R_{{{i}{j}}}' for i in '123' for j in '123']
         return [f'{part.latex}_{{{axis}}}' for part in self.parts for axis in 'xyz']
 
     def described(self) -> str:
-        """
-        Return its meaning and its units.
-
-        Returns
-        -------
-        str
-            One line.
-
-        """
+        """Return its meaning and its units."""
         if not self.parts:
             return self.meaning
         units = ', '.join(f'{part.symbol} in {part.unit}' for part in self.parts)
@@ -217,24 +134,7 @@ _LONG = {'velocity': 'twist', 'acceleration': 'accel',
 
 def find_quantity(name: str, known: Iterable[str] = NAMES) -> Quantity:
     """
-    Return a quantity by its name, short or long.
-
-    Parameters
-    ----------
-    name : str
-        For instance 'accel' or 'acceleration'.
-    known : iterable of str
-        Short names that are allowed.
-
-    Returns
-    -------
-    Quantity
-        The row of the table.
-
-    Raises
-    ------
-    UnknownNameError
-        There is none of that name.
+    Return a quantity by its name, short or long; raise UnknownNameError if there is none.
 
     Examples
     --------
@@ -254,20 +154,6 @@ def checked_outputs(outputs: Iterable[str], axes: str, pole: str,
                     known: Iterable[str] = NAMES) -> tuple[str, ...]:
     """
     Return the names of a program's outputs, after checking them, axes and pole.
-
-    Parameters
-    ----------
-    outputs : str or iterable of str
-        At least one, each once.
-    axes, pole : {'base', 'tip'}
-        Whose axes, and about which point, six-vectors are.
-    known : iterable of str
-        Names that are allowed.
-
-    Returns
-    -------
-    tuple of str
-        In the order given.
 
     Raises
     ------
@@ -298,16 +184,6 @@ def checked_outputs(outputs: Iterable[str], axes: str, pole: str,
 def order_of(outputs: Sequence[str]) -> int:
     """
     Return the highest derivative of the joint positions that some outputs need.
-
-    Parameters
-    ----------
-    outputs : sequence of str
-        Names of quantities.
-
-    Returns
-    -------
-    int
-        From 0 to 4.
 
     Examples
     --------

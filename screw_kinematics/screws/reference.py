@@ -6,35 +6,11 @@ from __future__ import annotations
 from .vectors import Array, checked_array
 from ..errors import UnknownNameError
 
-__all__ = ['FRAMES', 'check_axes', 'resolve_pole']
-
 FRAMES = ('base', 'tip')
 
 
 def resolve_pole(pole: str | Array, pose: Array) -> tuple[str, Array]:
-    """
-    Return the name and the base coordinates of a pole.
-
-    Parameters
-    ----------
-    pole : 'base', 'tip' or array, shape (..., 3)
-        Origin of the base, origin of the tip frame, or a point in base coordinates [m].
-    pose : array, shape (..., 4, 4)
-        T_base_tool.
-
-    Returns
-    -------
-    name : str
-        'base', 'tip' or 'point'.
-    point : array, shape (..., 3)
-        In base coordinates [m].
-
-    Raises
-    ------
-    UnknownNameError, ShapeError
-        There is no such pole, or the point has not three coordinates.
-
-    """
+    """Return the name ('point' of one that is given) and the base coordinates [m] of a pole."""
     if isinstance(pole, str):
         if pole not in FRAMES:
             raise UnknownNameError('pole', pole, FRAMES)
@@ -44,19 +20,6 @@ def resolve_pole(pole: str | Array, pose: Array) -> tuple[str, Array]:
 
 
 def check_axes(axes: str) -> None:
-    """
-    Refuse axes that are neither those of the base nor those of the tip.
-
-    Parameters
-    ----------
-    axes : str
-        Allowed are 'base' and 'tip'.
-
-    Raises
-    ------
-    UnknownNameError
-        There are no such axes.
-
-    """
+    """Raise UnknownNameError for axes that are neither those of the base nor those of the tip."""
     if axes not in FRAMES:
         raise UnknownNameError('axes', axes, FRAMES)

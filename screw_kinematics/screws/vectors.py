@@ -17,9 +17,6 @@ import numpy as np
 
 from ..errors import InvalidValueError, ShapeError
 
-__all__ = ['Array', 'checked_array', 'cos', 'cross', 'dot', 'finite_array', 'matvec',
-           'sin', 'skew']
-
 Array = np.ndarray[Any, np.dtype[Any]]
 
 
@@ -27,27 +24,13 @@ def checked_array(name: str, value: Any, shape: tuple[Any, ...]) -> Array:
     """
     Return a value as an array of any scalar type, after checking its shape.
 
-    Parameters
-    ----------
-    name : str
-        What it is, for messages.
-    value : array_like
-        Numbers, symbols or traced scalars. A SymPy column matrix is taken as the vector
-        that it stands for; a NumPy array of shape (n, 1) is not.
-    shape : tuple
-        The shape wanted; an ``...`` in front allows any axes before, a None any length.
-
-    Returns
-    -------
-    array
-        Of the wanted shape, of any scalar type.
+    An ``...`` in front allows any axes before, a None any length. A SymPy column matrix is taken
+    as the vector that it stands for; a NumPy array of shape (n, 1) is not.
 
     Raises
     ------
-    ShapeError
-        The shape is another one.
-    InvalidValueError
-        The value is no array of numbers or symbols.
+    ShapeError, InvalidValueError
+        The shape is another one; the value is no array of numbers or symbols.
 
     Examples
     --------
@@ -85,28 +68,7 @@ def checked_array(name: str, value: Any, shape: tuple[Any, ...]) -> Array:
 
 def finite_array(name: str, value: Any, shape: tuple[Any, ...]) -> Array:
     """
-    Return a value as an array of finite floats, after checking it.
-
-    Parameters
-    ----------
-    name : str
-        What it is, for messages.
-    value : array_like
-        Numbers.
-    shape : tuple
-        As in :func:`checked_array`.
-
-    Returns
-    -------
-    array of float
-        Of the wanted shape.
-
-    Raises
-    ------
-    ShapeError
-        The shape is another one.
-    InvalidValueError
-        An entry is no number or not finite.
+    Return a value as an array of finite floats, after checking it as :func:`checked_array`.
 
     Examples
     --------

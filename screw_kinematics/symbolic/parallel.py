@@ -40,8 +40,6 @@ except ImportError as error:
     raise MissingExtraError('sympy', 'symbolic', 'formulas of parallel robots') from error
 
 
-__all__ = ['LimbFormulas', 'ORDER', 'ParallelFormulas', 'Wrench']
-
 ORDER = 3
 """Highest order of the equations: the jerk."""
 MOVES = 1e-9
@@ -50,76 +48,31 @@ MOVES = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class Wrench:
-    """
-    A wrench of a limb in symbols.
+    """A wrench of a limb in symbols."""
 
-    Parameters
-    ----------
-    meaning : str
-        In words, by the names of joints.
-    constraint : bool
-        Whether it is reciprocal to all joints, not only to the passive ones.
-    unit : array, shape (3,)
-        Symbols of the force's or couple's direction, or the direction itself.
-    along : array, shape (3,), optional
-        The vector that ``unit`` is along, where that is made of symbols.
-    screw : array, shape (6,)
-        ``(force; moment)`` about the platform point.
-    work : dict from int to expression
-        Klein form with the screw of each actuated joint, by its place in q.
-
-    """
-
-    meaning: str
-    constraint: bool
-    unit: Array
-    along: Array | None
-    screw: Array
-    work: dict[int, Any]
+    meaning: str            # in words, by the names of joints
+    constraint: bool        # whether it is reciprocal to all joints, not only to the passive ones
+    unit: Array             # (3,), symbols of its direction, or the direction itself
+    along: Array | None     # (3,), what ``unit`` is along, where that is of symbols
+    screw: Array            # (6,), ``(force; moment)`` about the platform point
+    work: dict[int, Any]    # Klein form with the screw of each actuated joint, by its place in q
 
 
 @dataclass(frozen=True, eq=False)
 class LimbFormulas:
-    """
-    A limb in symbols.
-
-    Parameters
-    ----------
-    name : str
-        Of the limb.
-    joints : list of str
-        From base to platform.
-    screws : list of array, shape (6,)
-        Of these joints about the platform point.
-    rates : list of list of expression
-        Velocities of these joints, then their accelerations.
-    wrenches : list of Wrench
-        Those held by actuators first.
-
-    """
+    """A limb in symbols."""
 
     name: str
-    joints: list[str]
-    screws: list[Array]
-    rates: list[list[Any]]
-    wrenches: list[Wrench]
+    joints: list[str]         # from base to platform
+    screws: list[Array]       # of these joints about the platform point, (6,) each
+    rates: list[list[Any]]    # velocities of these joints, then their accelerations
+    wrenches: list[Wrench]    # those held by actuators first
 
     def bias(self, order: int) -> Array:
         """
         Return the platform's reduced state at zero derivatives of an order of the joints.
 
-        L for order 2, K for order 3.
-
-        Parameters
-        ----------
-        order : {2, 3}
-            Of the state.
-
-        Returns
-        -------
-        array, shape (6,)
-            About the platform point, in base axes.
-
+        L for order 2, K for order 3; about the platform point, in base axes.
         """
         zero = sympy_array([0] * len(self.joints))
         return chain_states(self.screws, [*self.rates[:order - 1], zero])[-1]
@@ -127,28 +80,13 @@ class LimbFormulas:
 
 class ParallelFormulas:
     """
-    The equations of a manipulator.
+    The equations of a manipulator whose wrenches are lines through joints or couples along axes.
 
-    Parameters
-    ----------
-    robot : ParallelManipulator
-        With limbs whose wrenches are lines through joints or couples along axes.
-    tolerance : float
-        As of :func:`.exact.exact_chain`.
-
-    Attributes
-    ----------
-    q, theta : list of array
-        Symbols of the actuated and of the passive joints: positions, rates, ...; of the
-        actuated ones to the order of the jerk, of the passive ones one less.
-    position : array, shape (3,)
-        Of the platform; components that do not change are numbers.
-    rotation : array, shape (3, 3)
-        By 9 symbols; in a plane by the angle ``phi``, constant where nothing turns.
-    moving : list of list of int
-        Components of twist, reduced acceleration and reduced jerk that are not always zero.
-    limbs : list of LimbFormulas
-
+    ``q`` and ``theta`` are symbols of the actuated and of the passive joints: positions, rates,
+    ...; of the actuated ones to the order of the jerk, of the passive ones one less. The position
+    of the platform is of numbers where it does not change; its rotation of 9 symbols, in a plane
+    of the angle ``phi``, constant where nothing turns. ``moving`` are the components of twist,
+    reduced acceleration and reduced jerk that are not always zero.
     """
 
     def __init__(self, robot: ParallelManipulator, tolerance: float = NEAR) -> None:

@@ -28,8 +28,6 @@ try:
 except ImportError as error:
     raise MissingExtraError('sympy', 'symbolic', 'writing formulas') from error
 
-__all__ = ['c_source', 'latex', 'python_source', 'traced']
-
 _DOTS = {1: r'\dot', 2: r'\ddot', 3: r'\dddot', 4: r'\ddddot'}
 _COORDINATE = re.compile(r'(q|theta)(d{0,4})(\d+)')
 
@@ -160,19 +158,9 @@ def c_source(name: str, outputs: Mapping[str, Any],
 
 def traced(values: Sequence[Any], symbols: Sequence[Any]) -> StraightLineProgram:
     """
-    Return the straight-line program of expressions.
+    Return the straight-line program of expressions, which reads the symbols in order.
 
-    Parameters
-    ----------
-    values : sequence of expression
-        Made of numbers, symbols, sums, products, powers, sines, cosines and tangents.
-    symbols : sequence of symbols
-        What the program reads, in order.
-
-    Returns
-    -------
-    StraightLineProgram
-        Its outputs are the values, in order.
+    They are made of numbers, symbols, sums, products, powers, sines, cosines and tangents.
 
     Raises
     ------

@@ -24,8 +24,6 @@ from ..parallel.manipulator import ParallelManipulator
 from ..screws.screw import unit_screw
 from ..screws.se3 import Array, cross, klein_form
 
-__all__ = ['closed_postures', 'constant_work', 'wrench_forms', 'WrenchForm']
-
 RECIPROCAL = 1e-8
 """Klein form with a unit screw, by the characteristic length, that counts as zero."""
 POSTURES = 5
@@ -38,17 +36,9 @@ class WrenchForm(NamedTuple):
     """
     A wrench by the joints of its limb.
 
-    Parameters
-    ----------
-    kind : str
-        'line' (through the points of two joints), 'parallel' (through the point of the first,
-        along the axis of the second), 'couple' (along an axis), 'across' (a couple across two
-        axes), or 'axis' (a couple along the base's axis ``first``).
-    first, second : int
-        Places of the joints in the chain.
-    constraint : bool
-        Whether it is held without any actuator.
-
+    A 'line' (through the points of two joints), 'parallel' (through the point of the first, along
+    the axis of the second), 'couple' (along an axis), 'across' (a couple across two axes), or
+    'axis' (a couple along the base's axis ``first``). A constraint is held without any actuator.
     """
 
     kind: str
@@ -60,16 +50,7 @@ class WrenchForm(NamedTuple):
         """
         Return the direction, shape (3,), not of unit length for lines and across.
 
-        Parameters
-        ----------
-        axes, points : sequence of array, shape (3,)
-            Of all joints of the limb: direction of the axis, and a point on it [m].
-
-        Returns
-        -------
-        array, shape (3,)
-            In the axes of what is given.
-
+        From the direction of the axis of each joint of the limb, and a point on it [m].
         """
         if self.kind == 'line':
             return points[self.second] - points[self.first]
@@ -86,20 +67,7 @@ class WrenchForm(NamedTuple):
 
 
 def closed_postures(robot: ParallelManipulator) -> list[ClosedPosture]:
-    """
-    Return some postures about home, seeded.
-
-    Parameters
-    ----------
-    robot : ParallelManipulator
-        What is posed.
-
-    Returns
-    -------
-    list of ClosedPosture
-        The same ones each time.
-
-    """
+    """Return some postures about home, the same ones each time."""
     rng, found, size = np.random.default_rng(0), [], 0.1
     for _ in range(50 * POSTURES):
         try:
@@ -117,19 +85,7 @@ def wrench_forms(robot: ParallelManipulator, limb: SerialChain,
     """
     Return the forms of a limb's wrenches: those of the actuators, then constraints.
 
-    Parameters
-    ----------
-    robot : ParallelManipulator
-        The whole robot.
-    limb : SerialChain
-        One of its limbs.
-    postures : sequence of ClosedPosture
-        Where the forms shall be reciprocal.
-
-    Returns
-    -------
-    list of WrenchForm
-        As many as the limb has wrenches.
+    They are reciprocal in all of the postures.
 
     Raises
     ------
@@ -185,28 +141,7 @@ def _candidates(robot: ParallelManipulator, limb: SerialChain) -> Iterator[Wrenc
 
 def constant_work(form: WrenchForm, robot: ParallelManipulator, limb: SerialChain, column: int,
                   postures: Sequence[ClosedPosture]) -> float | None:
-    """
-    Return a wrench's Klein form with the screw of a joint of the limb, if it is constant.
-
-    Parameters
-    ----------
-    form : WrenchForm
-        The wrench.
-    robot : ParallelManipulator
-        The whole robot.
-    limb : SerialChain
-        One of its limbs.
-    column : int
-        Number of the joint in the limb.
-    postures : sequence of ClosedPosture
-        Where it shall be the same.
-
-    Returns
-    -------
-    float or None
-        The Klein form; None if it changes.
-
-    """
+    """Return a wrench's Klein form with the screw of a joint of the limb; None if it changes."""
     works = []
     for posture in postures:
         q = _values(robot, limb, posture)
