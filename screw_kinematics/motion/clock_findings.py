@@ -50,9 +50,10 @@ def clock_error(ticks: TickCounter | None, tally: Tally, messages: float,
         return ClockError(time, rate)
     shorter, longer = min(ticks.period, messages), max(ticks.period, messages)
     # The line through the stamps averages a beat that is faster than it is long, and leans where
-    # one ends in it.
+    # one ends in it. Half of them are believed: where messages are lost neither period is known
+    # well enough to tell few from none.
     beats = abs(longer / shorter - round(longer / shorter)) * min(span, LONGEST) / longer
-    age = shorter / sqrt(12.0) / max(1.0, beats)
+    age = shorter / sqrt(12.0) / max(1.0, 0.5 * beats)
     return ClockError(hypot(time, age), hypot(rate, age / span))
 
 

@@ -10,7 +10,7 @@ from .joint_evidence cimport JointEvidence
 from .tick_counter cimport TickCounter
 from ..core.bank cimport Bank
 
-cdef double JITTER, TOLD, REGULAR, NOTHING
+cdef double STRETCH, JITTER, TOLD, REGULAR, NOTHING
 cdef long MANY
 
 
@@ -32,7 +32,7 @@ cdef class DeviceClock:
     cdef HeldReadings _repeated
     cdef object _begun, _position
     cdef double _first, _last, _time, _ahead, _ratio
-    cdef double _wrong, _heard, _messages, _spacing, _doubt
+    cdef double _wrong, _heard, _messages, _before, _spacing, _doubt
     cdef long _told, _contrary
     cdef bint _lossy
 
@@ -40,7 +40,7 @@ cdef class DeviceClock:
     @cython.locals(same=bint, ticks=TickCounter, near=long, foreseen=Foreseen, d=long,
                    regular=bint, pause=bint)
     cpdef Placed update(self, double stamp, object position, Bank bank)
-    @cython.locals(steps=double)
+    @cython.locals(steps=double, since=double, messages=double, over=bint)
     cdef _hear(self, double stamp)
     @cython.locals(age=double)
     cdef Placed _begin(self, double stamp, object position, bint same)

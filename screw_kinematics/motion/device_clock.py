@@ -20,8 +20,9 @@ JITTER = 0.08
 """Mean deviation of the first stamps from a line, in periods, from which on ticks are believed
 until the joints say otherwise."""
 
-MANY = 40
-"""Messages from which on it is known how far they are apart."""
+MANY, STRETCH = 40, 0.5
+"""Messages from which on it is known how far they are apart; and after how long, s, that is
+measured anew: where many were lost at first, they seemed further apart."""
 
 TOLD = 0.25
 """Ticks by which joints may be from where they are foreseen once they have told the ticks."""
@@ -103,8 +104,10 @@ class DeviceClock:
         self._last, self._time, self._ahead, self._position = stamp, stamp, 0.0, position
         # Device time in a second of the stamps' clock; by how much the latest stamp is odd.
         self._ratio, self._doubt = 1.0, 0.0
-        # Messages: stamps of the first and the latest, how many, how far apart.
-        self._first, self._heard, self._messages, self._spacing = stamp, stamp, 0.0, 0.0
+        # Messages: stamp of the latest, how many, how far apart; stamp of the first of the present
+        # stretch, how many were before it.
+        self._heard, self._messages, self._spacing = stamp, 0.0, 0.0
+        self._first, self._before = stamp, 0.0
         # How often joints told ticks, how often otherwise than counted, of late; and the stamps,
         # in a row; whether ticks were lost that these could not tell.
         self._told, self._wrong, self._contrary, self._lossy = 0, 0.0, 0, False
@@ -184,7 +187,13 @@ class DeviceClock:
         # Also those that did not come: a pause does not make the others come slower.
         steps = (stamp - self._heard) / self._spacing if self._messages > 4.0 else 1.0
         self._messages += round(steps) if steps > (1.5 if self._messages > MANY else 4.0) else 1
-        self._heard, self._spacing = stamp, (stamp - self._first) / self._messages
+        self._heard = stamp
+        since, messages = stamp - self._first, self._messages - self._before
+        over = since > STRETCH and messages > MANY
+        if over or self._before == 0.0:
+            self._spacing = since / messages
+        if over:
+            self._first, self._before = stamp, self._messages
 
     # ---- before there are ticks
 

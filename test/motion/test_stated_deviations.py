@@ -130,6 +130,23 @@ def test_what_a_reader_by_another_clock_cannot_know_is_stated_from_its_first_out
     assert 0.5 < np.sqrt((sizes[:, 0]**2).mean()) < 1.5     # as right after the pause as before
 
 
+@pytest.mark.parametrize('seed', range(4))
+def test_it_is_stated_also_after_a_beginning_in_which_many_messages_were_lost(seed):
+    """How far messages seemed to be apart then must not count as a beat that averages ages."""
+    rng, motion = np.random.default_rng(seed), sines(seed, JOINTS, 1.5)
+    messages = stamping.by_reader(*stamping.device(motion, 250.0, 6.0, seed), rng, 1000.0)
+    stretches = rng.geometric([1 / 4, 1 / 6], (150, 2)).ravel()     # come, are lost, come, ...
+    lost = np.flatnonzero(np.repeat(np.arange(300) % 2, stretches))
+    assert messages.stamps[lost[-1]] < 1.7
+    age = 5e-4      # as above
+    sizes = sizes_of(MotionEstimator(JOINTS, delay=0.02), lambda t: motion(t - age),
+                     np.delete(messages.stamps, lost), np.delete(messages.positions, lost, axis=0),
+                     settled=2.0)
+    assert len(sizes) > 3900
+    assert sizes.max() < 10.0
+    assert np.sqrt((sizes[:, 0]**2).mean()) < 1.6
+
+
 @pytest.mark.parametrize('by', [5e-3, -5e-3, 2e-2])
 @pytest.mark.parametrize('wobble', [0.0, 5e-6])
 def test_a_stamp_that_is_off_is_doubted_until_the_clock_is_known_to_be_set(wobble, by):

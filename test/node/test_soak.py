@@ -71,6 +71,40 @@ def test_the_check_of_outputs_finds_what_is_wrong(benchmark, tmp_path, output, h
         assert (tally.wrong, tally.too_far) == (0, harm in ('value', 'stamp'))
 
 
+@pytest.mark.parametrize('harm', ['none', 'value', 'instants'])
+def test_outputs_by_two_tools_in_a_batch_are_judged_with_one_latency(benchmark, tmp_path, harm):
+    import numpy as np
+    from benchmark.soak.field.checks import Sent, TopicCheck
+    from benchmark.soak.field.log import SentLog
+    from benchmark.soak.field.robots import ROBOTS, SAMPLES
+    from screw_kinematics.messages.stamped import TwistWithCovarianceEncoder
+    number, robot = next((i, r) for i, r in enumerate(ROBOTS) if r.name == 'arrival')
+    log, count, begin = SentLog(tmp_path / 'sent', len(ROBOTS)), 300, 10**18
+    instants = 1.0 + 1e-3 * np.arange(count)
+    stamps = begin + np.round(instants * 1e9).astype(np.int64)
+    for name, column in (('stamp', stamps), ('instant', instants), ('sent', 0)):
+        log.entries[number][name][:count] = column
+    log.counts[number] = count
+    sent = Sent(log, number)
+    sent.update()
+    check = TopicCheck(robot, 'twist_with_covariance', sent)
+    t = (instants - robot.delay - 0.75 * robot.latency) % (SAMPLES * 1e-3)
+    by_tool = [robot.truth(t, model)['twist_with_covariance'] for model in (0, 1)]
+    values = np.where(np.arange(count)[:, None] < 60, *by_tool)
+    if harm == 'value':
+        values[30, 4] += 1e-3
+    elif harm == 'instants':
+        values[20:30] = by_tool[0][120:130]
+    covariance = (1e-10 * np.eye(6)).ravel()
+    encode = TwistWithCovarianceEncoder('base').encode
+    for stamp, value in zip(stamps.tolist(), values):
+        check.take(encode(stamp - round(robot.delay * 1e9), [*value, *covariance]))
+    check.check({0, 1}, 'a test')
+    assert check.tally.judged == count
+    assert check.tally.beyond == {'none': 0, 'value': 1, 'instants': 10}[harm]
+    assert check.last_model == 1
+
+
 def test_contradictions_in_the_accounts_are_found(benchmark):
     from benchmark.soak.books import Account
     good = Account(10, 9, 7, 6, 2, Counter(a=2), Counter(b=1), Counter(c=1))

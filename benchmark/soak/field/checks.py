@@ -15,6 +15,9 @@ FARTHEST = 10.0
 FLOOR = 1e-9
 """Rounding, which no deviation states [rad/s, m/s, and per s]."""
 
+SHARES = (0.0, 0.25, 0.5, 0.75, 1.0)
+"""Of a driver's mean latency, by which the outputs of a batch may all be early."""
+
 
 class Sent:
     """
@@ -144,8 +147,10 @@ class TopicCheck(Collector):
         sizes = {model: np.where(True if which is None else which == model,
                                  self._sizes(t, values, deviations, model), np.inf)
                  for model in sorted(models if which is None else set(which.tolist()))}
-        best = np.minimum.reduce(list(sizes.values()))
-        follows = [model for model, size in sizes.items() if size[-1] <= FARTHEST]
+        # One latency for all, whichever model each of them follows from.
+        best = min(np.minimum.reduce(list(sizes.values())),
+                   key=lambda size: float(np.median(size)))
+        follows = [model for model, size in sizes.items() if size[:, -1].min() <= FARTHEST]
         if len(follows) == 1:
             self.last_model, = follows
         tally = self.tally
@@ -156,15 +161,13 @@ class TopicCheck(Collector):
 
     def _sizes(self, t: np.ndarray, values: np.ndarray, deviations: np.ndarray, model: int,
                ) -> np.ndarray:
-        """Return the errors in their deviations, with the latency that fits all of them best."""
-        late = self._robot.latency
-        truth = self._robot.truth(t % (SAMPLES / RATE), model)[self._output]
-        early = self._robot.truth((t - late) % (SAMPLES / RATE), model)[self._output] \
-            if late else truth
-        shares = (0.0, 0.25, 0.5, 0.75, 1.0) if late else (0.0,)
-        sizes = [(np.abs(values - truth - share * (early - truth))
-                  / (deviations + FLOOR)).max(1) for share in shares]
-        return min(sizes, key=lambda size: float(np.median(size)))
+        """Return the errors in their deviations, a row for each share of the latency."""
+        late, period = self._robot.latency, SAMPLES / RATE
+        truth = self._robot.truth(t % period, model)[self._output]
+        early = self._robot.truth((t - late) % period, model)[self._output] if late else truth
+        shares = SHARES if late else (0.0,)
+        return np.array([(np.abs(values - truth - share * (early - truth))
+                          / (deviations + FLOOR)).max(1) for share in shares])
 
     def _note(self, what: str, bad: np.ndarray, stamps: np.ndarray, values: np.ndarray,
               during: str, sizes: np.ndarray | None = None) -> None:
