@@ -36,8 +36,11 @@ class Parser(argparse.ArgumentParser):
 
     def __init__(self, prog: str, description: str = '', examples: str = '',
                  **others: Any) -> None:
+        # What a tool does with a word of its own behind its name has those that begin so.
+        own = examples if description else ''.join(
+            re.findall(rf'(?m)^  {re.escape(prog)}\b.*\n(?:   .*\n)*', examples))
         super().__init__(prog, description=description.strip(),
-                         epilog=f'examples:\n{examples}' if description else '',
+                         epilog=f'examples:\n{own}' if own else '',
                          formatter_class=argparse.RawDescriptionHelpFormatter, **others)
         self._examples = examples
         self.add_argument('--version', action='version',

@@ -53,6 +53,14 @@ def test_usage_errors_are_one_line_with_an_example(capsys, words, problem, examp
     assert problem in error and f'for example: {example}' in error
 
 
+def test_help_has_the_examples_of_what_it_is_for(capsys):
+    with pytest.raises(SystemExit):
+        main(['check', 'delay', '--help'])
+    examples = capsys.readouterr().out.partition('\nexamples:\n')[2].splitlines()
+    assert len(examples) > 2 and examples[-1].startswith('     ')
+    assert all(line.startswith(('  screw-kinematics check delay ', '     ')) for line in examples)
+
+
 @pytest.mark.parametrize('typed, wanted', [
     ('screw-kinematics ', {'bag', 'check', 'demo', 'derive', 'plot', '--version'}),
     ('screw-kinematics de', {'demo', 'derive'}),

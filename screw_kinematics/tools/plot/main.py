@@ -1,6 +1,6 @@
 # Copyright screw_kinematics contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Draw states over time, the paper's Figure 11, and joint screws in space."""
+"""Draw states over time, the paper's Figure 11, joint screws in space, and axodes."""
 from __future__ import annotations
 
 import argparse
