@@ -22,9 +22,10 @@ from rich.table import Table
 
 from screw_kinematics.errors import ParameterError, ToolError
 from screw_kinematics.recordings.joint_streams import JointStream, JointStreams
-from screw_kinematics.recordings.joint_table import by_number, JointTable
+from screw_kinematics.recordings.joint_table import JointTable
 from screw_kinematics.recordings.recording import JOINT_STATE, Recording
 from screw_kinematics.recordings.sources import opened
+from screw_kinematics.recordings.table_columns import by_number
 from screw_kinematics.tools.table_options import table_format
 
 TRUSTED = 0.25

@@ -1,16 +1,11 @@
 # Copyright screw_kinematics contributors
 # SPDX-License-Identifier: Apache-2.0
-"""
-Joint samples out of tables, CSV or Parquet: one row per instant.
-
-Joints are found by the names of the columns: by the joint's own name, by a number (``q1`` to
-``qn``, ``position[0]`` ...), as ``rostopic echo -p`` and PlotJuggler write them, or as stated.
-"""
+"""Joint samples out of tables, CSV or Parquet: one row per instant."""
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass, field
-from datetime import datetime, timezone
 from decimal import Decimal, InvalidOperation
 import math
 from pathlib import Path
@@ -20,6 +15,8 @@ from typing import Any
 import numpy as np
 
 from .recording import Sample
+from .table_columns import (by_name, by_number, echoed, is_stamp, named_unit, stamp_columns,
+                            VELOCITY)
 from ..errors import MissingExtraError, ParameterError, ToolError
 from ..messages.joint_state import JointSample
 from ..screws.se3 import Array
@@ -28,17 +25,6 @@ ENDINGS = ('.csv', '.csv.gz', '.txt', '.parquet')
 TIME_UNITS = {'s': 10**9, 'ms': 10**6, 'us': 10**3, 'ns': 1}
 UNITS = {'rad': 1.0, 'deg': math.pi / 180}
 LENGTHS = {'m': 1.0, 'mm': 1e-3}
-
-VELOCITY = '.velocity'
-"""Ending of a joint's name in ``TableFormat.columns`` that means its velocity."""
-
-_STAMPS = ('stamp_ns', 'stamp', 'header.stamp', 'field.header.stamp', 'timestamp', '__time',
-           'time', '%time', 't', 'time_s', 'time_ns', 'timestamp_ns')
-_SECONDS = (('header.stamp.sec', 'header.stamp.nanosec'), ('sec', 'nanosec'), ('secs', 'nsecs'))
-_VELOCITY = {'velocity', 'velocities', 'vel', 'qd', 'dq', 'qdot', 'speed', 'v', 'omega'}
-_POSITION = {'position', 'positions', 'pos', 'q', 'angle', 'angles', 'joint', 'j', 'theta'}
-_OTHER = {'effort', 'torque', 'tau', 'current', 'acc', 'acceleration', 'accelerations', 'qdd',
-          'ddq', 'desired', 'target', 'command', 'cmd', 'setpoint', 'temperature', 'name'}
 _RATES = (10.0, 5000.0)      # of joint states [Hz]: tells the unit of stamps without an epoch
 _EPOCH = 10**17              # stamps beyond [ns], some three years, count from 1970
 _LATEST = 4 * 10**18         # and these are of the next century
@@ -96,19 +82,26 @@ class JointTable:
         """
         columns: _Columns | None = None
         names = tuple(joints)
-        scale, unit, row = np.zeros(0), 0, 0
+        scale, faster, unit, row = np.zeros(0), np.zeros(0), 0, 0
         for batch in self._batches():
             if columns is None:
                 columns = self._match(batch, names)
-                scale = self._scale(columns, joints)
-            stamps = self._stamps(batch, columns.stamp)
+                scale = self._scale(columns.position, joints, np.ones(len(names)))
+                faster = self._scale(columns.velocity, joints, scale)
+            if not batch.num_rows:
+                continue
+            stamps, dates = self._stamps(batch, columns.stamp)
             if not unit:
-                unit = self._time_unit(columns.stamp, stamps)
+                unit = 1 if dates else self._time_unit(columns.stamp, stamps)
             times = [int((stamp * unit).to_integral_value()) + self.stated.epoch
                      for stamp in stamps]
+            if max(map(abs, times)) >= 2**63:
+                raise ToolError(f'{self.path}: stamps begin with {stamps[0]}, which is no time in '
+                                f'the unit that is stated or named; state it by --time-unit '
+                                f'{", ".join(TIME_UNITS)}')
             position = self._numbers(batch, columns.position) * scale
             self._check_units(names, list(joints.values()), position, row)
-            velocity = (self._numbers(batch, columns.velocity) * scale).tolist() if (
+            velocity = (self._numbers(batch, columns.velocity) * faster).tolist() if (
                 columns.velocity) else [()] * len(times)
             for stamp, q, qd in zip(times, position.tolist(), velocity):
                 yield '', stamp, JointSample(stamp, names, tuple(q), tuple(qd))
@@ -144,14 +137,35 @@ class JointTable:
         head = lines[0].decode('utf-8-sig', 'strict' if lines[1:] else 'ignore') if lines else ''
         # Names have blanks too.
         separator = max(',;\t' if {*head} & {*',;\t'} else ' ', key=head.count)
-        stamps = {name.strip(' "'): pyarrow.string() for name in head.split(separator)
-                  if name.strip(' "').lower() in _STAMPS
-                  or name.strip(' "') == self.stated.columns.get('stamp')}
-        with pyarrow.input_stream(str(self.path), compression='detect') as stream:
-            yield from csv.open_csv(
-                stream, csv.ReadOptions(block_size=1 << 22),
-                csv.ParseOptions(delimiter=separator),
-                csv.ConvertOptions(column_types=stamps))
+        names = [name.strip('"') for name in head.split(separator)]
+        options: dict[str, Any] = {'block_size': 1 << 22, 'use_threads': False}
+        if head.startswith('#'):        # as numpy.savetxt writes it
+            names = [name.strip() for name in head[1:].strip().split(separator)]
+            options.update(skip_rows=1, column_names=names)
+        types = {name: pyarrow.string() for name in names
+                 if is_stamp(name) or name == self.stated.columns.get('stamp')}
+        uneven: list[int] = []
+
+        def skip(row: Any) -> str:
+            uneven.append(row.number or 0)
+            return 'skip'
+
+        def table(types: Mapping[str, Any]) -> Any:
+            uneven.clear()
+            return csv.open_csv(
+                stack.enter_context(pyarrow.input_stream(str(self.path), compression='detect')),
+                csv.ReadOptions(**options),
+                csv.ParseOptions(delimiter=separator, invalid_row_handler=skip),
+                csv.ConvertOptions(column_types=types))
+
+        with ExitStack() as stack:
+            # What begins with whole numbers, or with none, may go on with others.
+            yield from table({**types, **{
+                column.name: pyarrow.float64() for column in table(types).schema
+                if pyarrow.types.is_integer(column.type) or pyarrow.types.is_null(column.type)}})
+        if uneven:
+            self.damage = [f'{self.path}: rows with more or fewer cells than names: '
+                           f'{len(uneven)}, the first is row {uneven[0] - 1}']
 
     def _match(self, batch: Any, joints: Sequence[str]) -> _Columns:
         """Return which columns are which."""
@@ -168,8 +182,11 @@ class JointTable:
         if stamp is None:
             raise ToolError(f'{self.path}: no column of stamps; seen: {_listed(there)}; name it '
                             'by --columns stamp=COLUMN')
-        found = {**by_number(there, joints), **self._by_name(there, joints), **_echoed(batch),
-                 **stated}
+        try:
+            named = by_name(there, joints)
+        except ToolError as error:
+            raise ToolError(f'{self.path}: {error}') from None
+        found = {**by_number(there, joints), **named, **echoed(batch), **stated}
         missing = [name for name in joints if name not in found]
         if missing:
             raise ToolError(
@@ -184,53 +201,57 @@ class JointTable:
                                 'times; rename all but one')
         return columns
 
-    def _by_name(self, there: Sequence[str], joints: Sequence[str]) -> dict[str, str]:
-        """Return columns that hold a joint's name, by joint."""
-        found: dict[str, str] = {}
-        for column in dict.fromkeys(there):
-            named = [name for name in joints if re.search(
-                f'(?<![A-Za-z0-9]){re.escape(name)}(?![A-Za-z0-9])', column)]
-            if not named:
-                continue
-            joint = max(named, key=len)
-            words = set(re.findall('[a-z]+', column.replace(joint, ' ').lower()))
-            if words & _OTHER:
-                continue
-            key = joint + (VELOCITY if words & _VELOCITY else '')
-            if key in found and column != joint:
-                if found[key] == joint:
-                    continue
-                raise ToolError(f'{self.path}: both {found[key]!r} and {column!r} may be {key}; '
-                                f'choose by --columns {key}=COLUMN')
-            found[key] = column
-        return found
+    def _scale(self, columns: Sequence[str], joints: Mapping[str, str], usual: Array) -> Array:
+        """Return the factors to rad and m: as stated, as a column's name says, or as usual."""
+        factors = usual.copy()
+        for i, (column, (joint, kind)) in enumerate(zip(columns, joints.items())):
+            stated, units = (self.stated.length, LENGTHS) if kind == 'prismatic' else (
+                self.stated.angle, UNITS)
+            unit = stated or named_unit(column, joint, units)
+            if unit:
+                factors[i] = units[unit]
+        return factors
 
-    def _scale(self, columns: _Columns, joints: Mapping[str, str]) -> Array:
-        """Return the factors to rad and m."""
-        angle = self.stated.angle or (
-            'deg' if all(re.search('deg', name.lower()) for name in columns.position) else 'rad')
-        length = self.stated.length or 'm'
-        return np.array([LENGTHS[length] if kind == 'prismatic' else UNITS[angle]
-                         for kind in joints.values()])
-
-    def _stamps(self, batch: Any, columns: Sequence[str]) -> list[Decimal]:
-        """Return the stamps as they are written; texts of dates in ns since 1970."""
-        parts = [batch.column(name).to_pylist() for name in columns]
-        if len(parts) == 2:
-            return [Decimal(s) * 10**9 + Decimal(ns) for s, ns in zip(*parts)]
-        stamps = []
-        for value in parts[0]:
-            try:
-                stamps.append(Decimal(value) if not isinstance(value, datetime)
-                              else _since_1970(value))
-            except (InvalidOperation, TypeError, ValueError):
-                try:
-                    stamps.append(_since_1970(datetime.fromisoformat(str(value))))
-                except ValueError:
-                    raise ToolError(f'{self.path}: a stamp in column {columns[0]!r} is '
-                                    f'{value!r}; allowed: a number or an ISO date') from None
+    def _stamps(self, batch: Any, columns: Sequence[str]) -> tuple[list[Decimal], bool]:
+        """Return the stamps as they are written, and whether they are dates: in ns since 1970."""
+        import pyarrow
+        first, *rest = parts = [batch.column(name) for name in columns]
+        if any(part.null_count for part in parts):
+            raise ToolError(f'{self.path}: a stamp in column {columns[0]!r} is missing')
+        dates = pyarrow.types.is_temporal(first.type)
+        try:
+            stamps = [] if dates else [Decimal(value) for value in first.to_pylist()]
+            if rest:
+                stamps = [s * 10**9 + Decimal(ns) for s, ns in zip(stamps, rest[0].to_pylist())]
+        except (InvalidOperation, TypeError, ValueError):
+            dates = True
+        if dates:
+            stamps = [Decimal(ns) for ns in self._since_1970(columns[0], first)]
         if not all(stamp.is_finite() for stamp in stamps):
             raise ToolError(f'{self.path}: a stamp in column {columns[0]!r} is not finite')
+        return stamps, dates
+
+    def _since_1970(self, name: str, column: Any) -> list[int]:
+        """Return dates in ns since 1970, and durations in ns; Arrow keeps all their digits."""
+        from pyarrow import ArrowException, compute, duration, int64, timestamp, types
+        if types.is_string(column.type):
+            column = compute.replace_substring(column, ',', '.')
+        kinds = [duration('ns')] if types.is_duration(column.type) else [
+            timestamp('ns'), timestamp('ns', 'UTC')]
+
+        def told(part: Any) -> list[int] | None:
+            for kind in kinds:
+                try:
+                    return list(map(int, part.cast(kind).cast(int64()).to_pylist()))
+                except (ArrowException, TypeError):
+                    pass
+            return None
+
+        stamps = told(column)
+        if stamps is None:
+            wrong = next(i for i in range(len(column)) if told(column.slice(i, 1)) is None)
+            raise ToolError(f'{self.path}: a stamp in column {name!r} is {str(column[wrong])!r}; '
+                            'allowed: a number or an ISO date')
         return stamps
 
     def _time_unit(self, columns: Sequence[str], stamps: Sequence[Decimal]) -> int:
@@ -277,79 +298,12 @@ class JointTable:
         for i, (name, kind) in enumerate(zip(names, kinds)):
             limit, other = (_REACH, 'm or mm') if kind == 'prismatic' else (_TURNS, 'rad or deg')
             size = np.abs(position[:, i])
-            if kind != 'continuous' and (size > limit).any():
-                at = int(np.argmax(size > limit))
+            far = np.isfinite(size) & (size > limit)
+            if kind != 'continuous' and far.any():
+                at = int(np.argmax(far))
                 raise ToolError(
                     f'{self.path}: joint {name} ({kind}) is at {position[at, i]:g} in row '
                     f'{row + at + 1}; what unit is that? state it by --units {other}')
-
-
-def stamp_columns(there: Sequence[str]) -> tuple[str, ...] | None:
-    """
-    Return the column of stamps, or those of seconds and nanoseconds.
-
-    Examples
-    --------
-    >>> stamp_columns(['q1', 'Time']), stamp_columns(['sec', 'nanosec', 'q1'])
-    (('Time',), ('sec', 'nanosec'))
-
-    """
-    lower = {re.sub(r'\s*[\[(].*', '', name.lower()): name for name in reversed(there)}
-    for seconds, rest in _SECONDS:
-        for ending in ('', *(name.removesuffix(seconds) for name in lower
-                             if name.endswith((f'.{seconds}', f'/{seconds}')))):
-            if ending + seconds in lower and ending + rest in lower:
-                return lower[ending + seconds], lower[ending + rest]
-    return next(((lower[name],) for name in _STAMPS if name in lower), None)
-
-
-def by_number(there: Sequence[str], joints: Sequence[str]) -> dict[str, str]:
-    """
-    Return columns that number the joints, by joint.
-
-    Examples
-    --------
-    >>> by_number(['t', 'q0', 'q1', 'v0', 'v1'], ['shoulder', 'elbow'])
-    {'shoulder': 'q0', 'elbow': 'q1', 'shoulder.velocity': 'v0', 'elbow.velocity': 'v1'}
-
-    """
-    stems: dict[str, dict[int, str]] = {}
-    for column in there:
-        parts = re.fullmatch(r'(.*?)(\d+)(\D*)', column.lower())
-        if parts:
-            stems.setdefault(f'{parts[1]}#{parts[3]}', {})[int(parts[2])] = column
-    found: dict[str, list[dict[int, str]]] = {'': [], VELOCITY: []}
-    for stem, columns in stems.items():
-        words, first = set(re.findall('[a-z]+', stem)), min(columns)
-        if words & _OTHER or first > 1 or (
-                set(columns) != set(range(first, first + len(joints)))):
-            continue
-        if words & _VELOCITY:
-            found[VELOCITY].append(columns)
-        elif words & _POSITION:
-            found[''].append(columns)
-    # Two that could be meant are none: the user is asked.
-    return {joint + ending: columns[0][min(columns[0]) + i] for ending, columns in found.items()
-            if len(columns) == 1 for i, joint in enumerate(joints)}
-
-
-def _echoed(batch: Any) -> dict[str, str]:
-    """Return columns by joint where a row tells the names, as ``rostopic echo -p`` writes it."""
-    found: dict[str, str] = {}
-    for column in batch.schema.names:
-        number = re.fullmatch(r'field\.name(\d+)', column)
-        if number:
-            joint = str(batch.column(column)[0].as_py())
-            for ending, part in (('', 'position'), (VELOCITY, 'velocity')):
-                if f'field.{part}{number[1]}' in batch.schema.names:
-                    found[joint + ending] = f'field.{part}{number[1]}'
-    return found
-
-
-def _since_1970(time: datetime) -> Decimal:
-    aware = time if time.tzinfo else time.replace(tzinfo=timezone.utc)
-    since = aware - datetime(1970, 1, 1, tzinfo=timezone.utc)
-    return Decimal((since.days * 86_400 + since.seconds) * 10**9 + since.microseconds * 1000)
 
 
 def _listed(names: Sequence[str]) -> str:

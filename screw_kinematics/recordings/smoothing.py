@@ -105,8 +105,10 @@ class Smoother:
                 continuous=[self.continuous[c] for c in samples.columns], max_gap=self.max_gap,
                 max_velocity=[self.max_velocity[c] for c in samples.columns],
                 joint_names=[self.joint_names[c] for c in samples.columns])
-        except InvalidValueError as error:      # jumps everywhere
-            refused[Reason.IMPLAUSIBLE_JUMP] += int(own[kept].sum())
+        except InvalidValueError as error:      # jumps everywhere, or one stamp for many
+            late = samples.stamps[kept] <= _latest(samples.stamps, kept)[kept]
+            refused[Reason.STAMP_NOT_INCREASING] += int((own[kept] & late).sum())
+            refused[Reason.IMPLAUSIBLE_JUMP] += int((own[kept] & ~late).sum())
             return _GroupMotion.nothing(self.order, len(samples.columns), str(error))
         derivatives = [smoothed.position, smoothed.velocity, smoothed.acceleration,
                        smoothed.jerk]

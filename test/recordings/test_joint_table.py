@@ -116,6 +116,78 @@ def test_seconds_and_nanoseconds_and_dates(tmp_path):
     assert max(abs(a - b) for a, b in zip(found, stamps)) < 1000
 
 
+@pytest.mark.parametrize('name', ['time', 'time_s'])
+@pytest.mark.parametrize('kind', ['timestamp[ns]', 'timestamp[us]', 'duration[ns]', 'text', 'Z',
+                                  '+02:00'])
+def test_typed_stamps_are_exact_whatever_the_column_is_called(kind, name, tmp_path):
+    """Stamps of ROS are whole ns, which no date of Python holds."""
+    stamps, q, _ = motion(50)
+    unit, first = (1000, START // 1000 * 1000) if '[us]' in kind else (1, START + 123)
+    exact = [stamp - START + first for stamp in stamps]
+    column = pyarrow.array(exact).cast(pyarrow.int64())
+    if kind == 'text':
+        column = [str(np.datetime64(stamp, 'ns')) for stamp in exact]
+    elif kind == 'Z':
+        column = [str(np.datetime64(stamp, 'ns')) + 'Z' for stamp in exact]
+    elif kind == '+02:00':
+        column = [str(np.datetime64(stamp + 7200 * 10**9, 'ns')).replace('.', ',') + kind
+                  for stamp in exact]
+    elif kind == 'duration[ns]':
+        column = column.cast(pyarrow.duration('ns'))
+    else:
+        column = pyarrow.array([s // unit for s in exact]).cast(
+            pyarrow.timestamp(kind[10:12], 'Europe/Berlin'))
+    path = write(tmp_path / 'x.parquet', [name, *BY_NAME], [column, *q.T.tolist()])
+    agree(path, velocity=False, first=first)
+    agree(path, TableFormat(time='ms'), velocity=False, first=first)
+
+
+@pytest.mark.parametrize('name, unit', [('time_us', 10**3), ('stamp_us', 10**3),
+                                        ('Timestamp_MS', 10**6), ('t_ns', 1), (' time', 10**9)])
+def test_columns_of_stamps_that_name_their_unit(name, unit, tmp_path):
+    stamps, q, _ = motion(50)
+    agree(write(tmp_path / 'x.csv', ['a', name, *BY_NAME],
+                [[0] * 50, [(s - START) // unit if unit < 10**9 else (s - START) / unit
+                            for s in stamps], *q.T.tolist()]), velocity=False, first=0)
+
+
+def test_a_unit_of_stamps_that_cannot_be(tmp_path):
+    stamps, q, _ = motion(50)
+    path = write(tmp_path / 'x.csv', ['t', *BY_NAME], [stamps, *q.T.tolist()])
+    with pytest.raises(ToolError, match='no time in the unit that is stated or named; state it'):
+        samples(path, TableFormat(time='s'))
+
+
+@pytest.mark.parametrize('separator', [',', ' ', ';'])
+def test_a_table_that_numpy_has_written(separator, tmp_path):
+    stamps, q, _ = motion(50)
+    np.savetxt(tmp_path / 'x.txt', np.column_stack([(np.array(stamps) - START) * 1e-9, q]),
+               header=separator.join(['t', *BY_NAME]), delimiter=separator)
+    agree(tmp_path / 'x.txt', velocity=False, first=0)
+
+
+def test_rows_that_are_cut_off_are_damage(tmp_path):
+    """As of a program that was stopped while it wrote."""
+    stamps, q, _ = motion(51)
+    path = write(tmp_path / 'x.csv', ['stamp', *BY_NAME], [seconds(stamps), *q.T.tolist()])
+    path.write_text(path.read_text()[:-30])
+    agree(path, velocity=False)
+    table = JointTable(path)
+    assert len(list(table.samples(JOINTS))) == 50
+    assert table.damage == [f'{path}: rows with more or fewer cells than names: 1, the first is '
+                            'row 51']
+
+
+def test_joints_that_stand_still_at_zero_first(tmp_path):
+    """Whole numbers for longer than one reads at once."""
+    count = 200_000
+    q = [0] * (count - 1)
+    path = write(tmp_path / 'x.csv', ['stamp', *BY_NAME],
+                 [range(START, START + count * 10**7, 10**7), [*q, 0.25], [*q, ''], q + [1]])
+    assert path.stat().st_size > 1 << 22
+    assert samples(path)[1][-1].tolist() == pytest.approx([0.25, np.nan, 1], nan_ok=True)
+
+
 def test_rostopic_echo(tmp_path):
     """Names are in the rows, in the order of the message."""
     stamps, q, qd = motion(50)
@@ -152,6 +224,39 @@ def test_degrees_and_millimetres(tmp_path):
                 [stamps, *(q * [180 / np.pi, 180 / np.pi, 1]).T.tolist()]), velocity=False)
 
 
+def test_each_column_may_name_its_unit(tmp_path):
+    stamps, q, qd = motion(50)
+    columns = [stamps, *(q * [180 / np.pi, 180 / np.pi, 1000]).T.tolist()]
+    positions = ['shoulder_1_deg', 'shoulder_10 [degrees]', 'slide (mm)']
+    agree(write(tmp_path / 'x.csv', ['t', *positions], columns), velocity=False)
+    path = write(tmp_path / 'y.csv', [
+        't', *positions, 'shoulder_1_vel_rad_s', 'shoulder_10_vel', 'slide_vel [m/s]'],
+        [*columns, *(qd * [1, 180 / np.pi, 1]).T.tolist()])
+    agree(path)
+    _, q, _ = motion(50)
+    joints = {'deg_1': 'revolute', 'mm': 'prismatic'}
+    path = write(tmp_path / 'z.csv', ['t', *joints], [stamps, *q[:, :2].T.tolist()])
+    np.testing.assert_array_equal(samples(path, joints=joints)[1], q[:, :2])
+
+
+def test_what_is_not_finite_is_no_question_of_units(tmp_path):
+    stamps, q, _ = motion(50)
+    q[3, 0], q[4, 1] = np.inf, np.nan
+    path = write(tmp_path / 'x.csv', ['t', *BY_NAME], [stamps, *q.T.tolist()])
+    np.testing.assert_array_equal(samples(path)[1], q)
+
+
+def test_rows_with_one_stamp_are_refused_for_that(tmp_path, capsys):
+    """Seconds since 1970 as floats of 32 bits stand still for two minutes."""
+    count = 200
+    path = write(tmp_path / 'x.csv', ['t', *rec.PUMA.joint_names],
+                 [[float(np.float32(START * 1e-9))] * count, *[[0.1] * count] * 6])
+    assert bag.main([str(path), '--robot', PUMA, '--time-unit', 's', '--output',
+                     str(tmp_path / 'y.csv')]) == 1
+    out = capsys.readouterr().out
+    assert '199 stamp_not_increasing' in out and '1 implausible_jump' in out
+
+
 @pytest.mark.parametrize('names, values, message', [
     (['a', *BY_NAME], None, 'no column of stamps; seen: a, shoulder_1, shoulder_10, slide'),
     (['t', 'shoulder_1', 'x', 'slide'], None,
@@ -164,6 +269,7 @@ def test_degrees_and_millimetres(tmp_path):
      'begin with 0.0 and advance by 150 a row, which is 10 to '
      '5000 rows a second in no unit; state it by --time-unit s, ms, us, ns'),
     (['t', *BY_NAME], lambda k: 'yesterday', "column 't' is 'yesterday'; allowed: a number or"),
+    (['t', *BY_NAME], lambda k: '2026-05-01 08:00' if k < 9 else '', "'t' is ''; allowed: a num"),
     (['t', *BY_NAME], lambda k: 'nan', 'not finite'),
 ])
 def test_what_is_not_clear_is_asked(names, values, message, tmp_path):
