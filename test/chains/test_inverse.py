@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from screw_kinematics import InverseSolver, Joint, Mimic, SerialChain
+from screw_kinematics import InverseSolver, Joint, SerialChain
 from screw_kinematics.chains.inverse import manipulability
 from screw_kinematics.errors import (
     InvalidValueError, ShapeError, SingularityError, UnknownNameError)
@@ -184,16 +184,6 @@ def test_exact_solution_refuses_and_names_the_reciprocal_screw():
     # What the arm can do is found although it has three joints only.
     qd = np.array([1.0, -2, 0.5])
     found = RPR.inverse_velocity(q, RPR.state(q, qd).velocity, solver=EXACT)
-    np.testing.assert_allclose(found.rates, qd, rtol=1e-12)
-
-
-def test_mimic_joints_count_as_one():
-    chain = SerialChain([Joint('a', 'revolute', axis=(0, 0, 1)),
-                         Joint('b', 'revolute', axis=(0, 0, 1), point=(1, 0, 0),
-                               mimic=Mimic('a', -2))],
-                        [[1, 0, 0, 2], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]])
-    q, qd = np.array([0.4]), np.array([1.5])
-    found = chain.inverse_velocity(q, chain.state(q, qd).velocity, solver=EXACT)
     np.testing.assert_allclose(found.rates, qd, rtol=1e-12)
 
 

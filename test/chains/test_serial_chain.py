@@ -1,6 +1,6 @@
 # Copyright screw_kinematics contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Chains against exact differentiation and against Pinocchio."""
+"""Chains against exact differentiation."""
 import numpy as np
 import pytest
 
@@ -85,39 +85,6 @@ def test_batches_are_single_samples_side_by_side():
     batch, single = GRIPPER.state(*motion), GRIPPER.state(*motion[:, 1, 2])
     np.testing.assert_allclose(batch.pose[1, 2], single.pose, rtol=0, atol=1e-15)
     np.testing.assert_allclose(batch.reduced_snap[1, 2], single.reduced_snap, rtol=1e-13)
-
-
-def test_agrees_with_pinocchio():
-    """Twist, classical acceleration and Jacobian of a chain of all three kinds."""
-    pin = pytest.importorskip('pinocchio')
-    chain = robots.random_chain(9, ('revolute', 'prismatic', 'helical', 'revolute',
-                                    'helical', 'prismatic', 'revolute'))
-    q, qd, qdd = robots.random_motion(9, chain.dof, order=2)
-    model, home, parent = pin.Model(), np.zeros(3), 0
-    for joint in chain.joints:
-        kinds = {'revolute': lambda: pin.JointModelRevoluteUnaligned(joint.axis),
-                 'prismatic': lambda: pin.JointModelPrismaticUnaligned(joint.axis),
-                 'helical': lambda: pin.JointModelHelicalUnaligned(joint.axis, joint.pitch)}
-        parent = model.addJoint(parent, kinds[joint.kind](),
-                                pin.SE3(np.eye(3), joint.point - home), joint.name)
-        home = joint.point
-    tool = chain.T_base_tool
-    frame = model.addFrame(pin.Frame(
-        'tip', parent, pin.SE3(tool[:3, :3], tool[:3, 3] - home), pin.FrameType.OP_FRAME))
-    data = model.createData()
-    pin.forwardKinematics(model, data, q, qd, qdd)
-    pin.updateFramePlacements(model, data)
-    axes = pin.LOCAL_WORLD_ALIGNED
-    twist = pin.getFrameVelocity(model, data, frame, axes)
-    accel = pin.getFrameClassicalAcceleration(model, data, frame, axes)
-    jacobian = pin.computeFrameJacobian(model, data, q, frame, axes)
-    state = chain.state(q, qd, qdd)
-    np.testing.assert_allclose(state.pose, data.oMf[frame].homogeneous, rtol=0, atol=1e-12)
-    np.testing.assert_allclose(state.velocity, [*twist.angular, *twist.linear], rtol=1e-11)
-    np.testing.assert_allclose(state.classical(2), [*accel.angular, *accel.linear],
-                               rtol=1e-11)
-    np.testing.assert_allclose(chain.jacobian(q), np.roll(jacobian, 3, axis=0),
-                               rtol=0, atol=1e-12)
 
 
 def test_wrong_arguments_are_refused():

@@ -1,28 +1,11 @@
 # Copyright screw_kinematics contributors
 # SPDX-License-Identifier: Apache-2.0
 """Joints that come in any order, in several messages, late, or no more."""
-import math
-
 import numpy as np
-import pytest
 from screw_kinematics.errors import Reason
 from screw_kinematics.pipeline.settings import MotionSettings
 from support.pipeline_arm import (
     ARM, assert_balanced, feed, joints, make, MS, NAMES, START, take)
-
-
-@pytest.mark.parametrize('names', [
-    ('q3', 'q1', 'q2'), ('lamp', 'q2', 'q3', 'q1'), ('q1', 'q2', 'lamp', 'q3', 'finger')])
-def test_order_and_superfluous_joints_do_not_matter(names):
-    expected = feed(make(), 5)
-    pipeline, got = make(), []
-    for k in range(5):
-        q, qd, _ = joints(k * 2e-3)
-        q, qd = dict(zip(NAMES, q.tolist())), dict(zip(NAMES, qd.tolist()))
-        state = take(pipeline, START + k * 2 * MS, names, [q.get(n, math.nan) for n in names],
-                     [qd.get(n, math.nan) for n in names])
-        got.append((state.stamp_ns, state.values))
-    assert got == expected
 
 
 def test_joints_in_several_messages_are_merged_at_one_instant():

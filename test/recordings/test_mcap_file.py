@@ -158,12 +158,6 @@ def test_messages_that_are_missing_are_a_finding(tmp_path):
     assert damage == [f'{path}: 1 of 120 messages on /joint_states are not there']
 
 
-def test_an_empty_profile_is_nothing_bad(tmp_path, capsys):
-    path = write(tmp_path / 'x.mcap', messages(), profile='')
-    assert bag.main([str(path), '--robot', PUMA, '--output', str(tmp_path / 'x.csv')]) == 0
-    assert 'damaged' not in capsys.readouterr().err
-
-
 @pytest.mark.parametrize('encoding', ['ros1', 'json', 'protobuf'])
 @pytest.mark.parametrize('kind', [JOINT_STATE, 'sensor_msgs/JointState', 'foxglove.JointStates'])
 def test_messages_that_are_not_ros_2(encoding, kind, tmp_path, capsys):

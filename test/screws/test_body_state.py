@@ -90,13 +90,6 @@ def test_pole_and_axes_commute_and_return(shape):
     assert (one.pole, one.axes, back.pole, back.axes) == ('point', 'tip', 'tip', 'base')
 
 
-def test_pole_at_the_base_is_the_spatial_twist():
-    """Its screws are those of the joints about the base's origin."""
-    q, qd, *_ = FIRST_MOTION
-    np.testing.assert_allclose(FIRST.state(q, qd).about('base').velocity,
-                               FIRST.jacobian(q, pole='base') @ qd, rtol=1e-12)
-
-
 def test_orders_have_names_and_missing_ones_are_refused():
     state = FIRST.state(*FIRST_MOTION[:4])
     assert state.velocity is state.reduced[0] and state.reduced_acceleration is state.reduced[1]

@@ -100,13 +100,6 @@ def test_power_of_a_wrench_does_not_depend_on_the_frame():
     np.testing.assert_allclose(se3.coadjoint(T), np.linalg.inv(se3.adjoint(T)).T, atol=1e-12)
 
 
-@pytest.mark.parametrize('shape', SHAPES)
-def test_inverse(shape):
-    T = se3.exp(sixvectors(1, shape)[0])
-    np.testing.assert_allclose(se3.inverse(T) @ T, np.broadcast_to(np.eye(4), T.shape),
-                               atol=1e-14)
-
-
 def test_pole_shifts_add_up():
     x = sixvectors(1)[0]
     a, b = np.random.default_rng(5).normal(size=(2, 3))

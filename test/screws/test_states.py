@@ -52,38 +52,6 @@ def test_the_recursion_holds_beyond_order_four():
         assert_close(classical[n], motion.classical[n])
 
 
-def test_batches_are_single_samples_side_by_side():
-    _, _, derivatives, screws = screws_and_motion(KINDS[3], shape=(2, 3))
-    found = states.chain_states(screws, derivatives)
-    single = states.chain_states([s[1, 2] for s in screws], [d[1, 2] for d in derivatives])
-    for batch, one in zip(found, single):
-        assert batch.shape == (2, 3, 6)
-        assert_close(batch[1, 2], one, 1e-14)
-
-
-def test_acceleration_has_the_coriolis_lie_term_once():
-    _, _, (qd, qdd, *_), screws = screws_and_motion(KINDS[3])
-    linear = sum(a * s for a, s in zip(qdd, screws))
-    coriolis = sum(qd[i] * qd[j] * lie_product(screws[i], screws[j])
-                   for j in range(len(screws)) for i in range(j))
-    assert_close(states.chain_states(screws, [qd, qdd])[1], linear + coriolis, 1e-13)
-
-
-def test_jerk_as_written_out_by_differentiating_once_more():
-    """d/dt of each term of the acceleration; screws change as [V of the link before, $]."""
-    _, _, (qd, qdd, qddd, _), screws = screws_and_motion(KINDS[3])
-    velocity = [sum((qd[k] * screws[k] for k in range(i)), np.zeros(6))
-                for i in range(len(screws))]
-    rate = [lie_product(v, s) for v, s in zip(velocity, screws)]
-    jerk = sum(c * s + b * r for c, b, s, r in zip(qddd, qdd, screws, rate))
-    for j in range(len(screws)):
-        for i in range(j):
-            jerk = jerk + (qdd[i] * qd[j] + qd[i] * qdd[j]) * lie_product(screws[i], screws[j])
-            jerk = jerk + qd[i] * qd[j] * (lie_product(rate[i], screws[j])
-                                           + lie_product(screws[i], rate[j]))
-    assert_close(states.chain_states(screws, [qd, qdd, qddd])[2], jerk, 1e-13)
-
-
 def test_no_joints_no_motion():
     found = states.chain_states([], [np.zeros((5, 0)), np.zeros((5, 0))])
     assert [x.shape for x in found] == [(5, 6), (5, 6)] and not np.any(found)

@@ -4,7 +4,6 @@
 import itertools
 import re
 import shutil
-import sqlite3
 
 import numpy as np
 import pytest
@@ -229,23 +228,6 @@ def test_metadata_that_was_never_written(storage, tmp_path, capsys):
     assert 'damaged' in captured.err and '600 joint samples were saved' in captured.err
 
 
-def test_a_file_cut_off_by_a_crash(tmp_path, capsys):
-    path = rec.write_bag(tmp_path / 'run', rec.samples(8000, rate=1000.0))
-    file, = path.glob('*.mcap')
-    data = file.read_bytes()
-    file.write_bytes(data[:len(data) * 3 // 4])
-    assert bag.main([str(path), '--robot', PUMA, '--output', str(tmp_path / 'out')]) == 1
-    captured = capsys.readouterr()
-    saved = int(re.search(r'bag: (\d+) joint samples were saved', captured.err)[1])
-    assert 3000 < saved < 8000
-    # What was saved is whole, and so is the bag made of it.
-    found = rec.read_bag(tmp_path / 'out')
-    assert len(found['/robot/accel']) == saved
-    stamps = [rec.stamp_of(message) for _, message in found['/robot/accel']]
-    values = [rec.six(message.accel) for _, message in found['/robot/accel']]
-    assert rec.relative_error(values, rec.exact(stamps).classical(2)) < 5e-3
-
-
 def test_compare_with_what_the_node_published(tmp_path, capsys):
     estimator = make_estimator('bank', 6, delay=0.02)
     program = rec.PUMA.compile(('twist', 'accel'))
@@ -329,21 +311,6 @@ def test_errors_are_one_line(run, tmp_path, capsys, change, message):
 def test_no_bag_there(tmp_path, capsys):
     assert bag.main([str(tmp_path), '--robot', PUMA, '--compare']) == 2
     assert 'no recording there' in capsys.readouterr().err
-
-
-def test_the_database_of_a_crashed_recorder_has_a_journal(tmp_path, capsys):
-    path = rec.write_bag(tmp_path / 'run', rec.samples(600), 'sqlite3')
-    file, = path.glob('*.db3')
-    connection = sqlite3.connect(file)
-    connection.execute('PRAGMA journal_mode=WAL')
-    connection.execute('DELETE FROM messages WHERE id > 500')
-    connection.commit()
-    crashed = tmp_path / 'crashed'
-    shutil.copytree(path, crashed)
-    connection.close()
-    (crashed / 'metadata.yaml').unlink()
-    assert bag.main([str(crashed), '--robot', PUMA, '--output', str(tmp_path / 'x.csv')]) == 1
-    assert '500 joint samples were saved' in capsys.readouterr().err
 
 
 def test_the_motion_of_the_joints_and_an_imu_with_covariances(run, tmp_path):

@@ -283,12 +283,6 @@ def test_six_joints_are_simplified_where_it_takes_seconds(capsys):
     assert 'w_z = qd1' in text and len(text) < 4000 and '4/5' not in text
 
 
-def test_formulas_keep_the_names_of_lengths(capsys):
-    assert derive.main([RPR, '--quantity', 'reduced_accel']) == console.OK
-    text = capsys.readouterr().out
-    assert '-a*qdd3*sin(q1 + q3)' in text and '/4' not in text
-
-
 def printed_equations(text):
     """Return the equations of the platform, and the vectors d of the forces' lines."""
     equations = re.findall(r'^  (.*[wv]_[xyz].*) = (.*)$', text, re.MULTILINE)

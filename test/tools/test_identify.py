@@ -1,8 +1,6 @@
 # Copyright screw_kinematics contributors
 # SPDX-License-Identifier: Apache-2.0
 """A payload is found from motion and wrenches, as well as is said, and the node takes it."""
-import re
-
 import numpy as np
 import pytest
 
@@ -12,7 +10,6 @@ from screw_kinematics.pipeline.parameter_file import read_robots    # noqa: E402
 from screw_kinematics.pipeline.payload import is_inertia    # noqa: E402
 from screw_kinematics.recordings.payload_fit import nearest_body    # noqa: E402
 from screw_kinematics.tools.bag import main as bag    # noqa: E402
-from screw_kinematics.tools.check import main as check    # noqa: E402
 from screw_kinematics.tools.identify import main as identify    # noqa: E402
 from support import loaded_arm as arm, loaded_recording, recordings as rec    # noqa: E402
 
@@ -113,18 +110,6 @@ def test_clocks_that_are_apart_are_told_and_made_up_for(robot, tmp_path, capsys)
     assert found.motion.stamp_offset == pytest.approx(-0.012, abs=2e-4)
     assert found.payload.mass == pytest.approx(arm.BODY.mass, rel=0.01)
     np.testing.assert_allclose(found.payload.center, arm.BODY.center, atol=0.002)
-
-
-@pytest.mark.parametrize('offset', [-0.02, 0.003, 0.02])
-def test_check_delay_finds_the_clock_of_a_force_sensor(offset, robot, tmp_path, capsys):
-    path = loaded_recording.write(tmp_path / 'run', offset=offset)
-    assert check.main(['delay', str(path), '--robot', robot, '--tip', 'tool0', '--against',
-                       '/ft']) == 0
-    out = capsys.readouterr().out
-    found, low, high = (1e-3 * float(x) for x in re.search(
-        r'offset ([-+.0-9]+) ms, 95 % between ([-+.0-9]+) and ([-+.0-9]+) ms', out).groups())
-    assert found == pytest.approx(offset, abs=2e-4)
-    assert low - 2e-5 < offset < high + 2e-5 and high - low < 2e-4
 
 
 def test_what_motion_would_tell_more_is_said(robot, tmp_path, capsys):
