@@ -9,11 +9,12 @@ import sys
 os.environ.pop('PYTHONDONTWRITEBYTECODE', None)
 sys.dont_write_bytecode = False
 
-LONG = ('test_packaging_installs.py', 'test_soak.py', 'test_mypy.py', 'test_demo.py',
-        'test_live_clocks.py', 'test_live_imu.py', 'test_clock_offset.py', 'test_identify.py',
-        'test_view_live.py', 'test_parallel.py', 'test_fleet.py', 'test_full_disk.py',
-        'test_view.py', 'test_plot.py', 'test_no_python_in_loops.py',
-        'test_node_three_robots.py', 'test_hostile_requests.py', 'test_main.py', 'test_docs.py')
+LONG = ('test_packaging_installs.py', 'test_soak.py', 'test_oldest_cython.py', 'test_mypy.py',
+        'test_node_told.py', 'test_demo.py', 'test_live_clocks.py', 'test_live_imu.py',
+        'test_clock_offset.py', 'test_identify.py', 'test_view_live.py', 'test_parallel.py',
+        'test_fleet.py', 'test_full_disk.py', 'test_view.py', 'test_no_python_in_loops.py',
+        'test_plot.py', 'test_node_three_robots.py', 'test_hostile_requests.py', 'test_main.py',
+        'test_docs.py')
 
 
 def pytest_configure(config):
