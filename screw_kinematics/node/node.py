@@ -16,13 +16,13 @@ from rclpy.duration import Duration
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.parameter import Parameter
 from rclpy.parameter_service import ParameterService
-from rclpy.qos import DurabilityPolicy, QoSProfile
 from std_msgs.msg import String
 
 from .backlog import Backlog
 from .diagnostics import Diagnostics
 from .own_ports import OwnPorts
 from .parameters import as_values, NodeParameters
+from .qos import latched_qos
 from .requests import answer_always
 from .robot import Robot
 from .topic_inputs import BaseInput, by_topic, JointInput, TopicInput, WrenchInput
@@ -49,10 +49,12 @@ class Before:
     """
     What a node goes on from: another one of this process, which the middleware left deaf.
 
-    Its robots and inputs go over to the next node as they are, with all they know and counted.
+    Its robots and inputs go over to the next node as they are, with all they know and counted;
+    so do the values of its parameters. `given` names those that the user gave.
     """
 
     parameters: tuple[Parameter, ...]
+    given: frozenset[str]
     state: str
     robots: dict[str, Robot]
     inputs: dict[str, TopicInput[Any]]
@@ -92,7 +94,6 @@ class KinematicStatePublisher(LifecycleNode):
 
     def __init__(self, before: Before | None = None,
                  begin_again: Callable[[], None] | None = None, **options: Any) -> None:
-        self._inherits = before is not None
         if before is not None:
             options['parameter_overrides'] = list(before.parameters)
         super().__init__('kinematic_state_publisher', start_parameter_services=False, **options)
@@ -112,7 +113,7 @@ class KinematicStatePublisher(LifecycleNode):
         self._begin_again, self._deaf = begin_again, False
         self._ports = OwnPorts()
         try:
-            self._start()
+            self._start(before)
             if before is not None:
                 self._go_on(before)
         except ScrewKinematicsError:
@@ -123,8 +124,8 @@ class KinematicStatePublisher(LifecycleNode):
             self._log_models()
         self._diagnostics.log_core()
 
-    def _start(self) -> None:
-        self._settings = NodeParameters(self, self._inherits)
+    def _start(self, before: Before | None) -> None:
+        self._settings = NodeParameters(self, None if before is None else before.given)
         self._settings.check_qos_overrides()
         settings = self._settings.node_settings()
         if settings.allow_remote_parameters:
@@ -143,7 +144,7 @@ class KinematicStatePublisher(LifecycleNode):
         self.add_post_set_parameters_callback(self._parameters_changed)
         for name in settings.robots:
             self._settings.declare_robot(name)
-        self._starting = settings.autostart and not self._inherits
+        self._starting = settings.autostart and before is None
         if self._starting:
             for transition in (self.trigger_configure, self.trigger_activate):
                 transition()
@@ -165,10 +166,10 @@ class KinematicStatePublisher(LifecycleNode):
     def hand_over(self) -> Before:
         """Return what another node in the place of this one is to go on from; this one is over."""
         worker, self._worker = self._worker, Worker()
-        return Before(tuple(
-            parameter for parameter in self._parameters.values()
-            if parameter.type_ is not Parameter.Type.NOT_SET),
-            self.state, self.robots, self.inputs, worker, self._diagnostics, self)
+        parameters = tuple(parameter for parameter in self._parameters.values()
+                           if parameter.type_ is not Parameter.Type.NOT_SET)
+        return Before(parameters, self._settings.given, self.state, self.robots, self.inputs,
+                      worker, self._diagnostics, self)
 
     # Life cycle
 
@@ -249,8 +250,7 @@ class KinematicStatePublisher(LifecycleNode):
                 self, undescribed, 'description_topic',
                 lambda r: [r.settings.description_topic]).items():
             self._descriptions.append(self.create_subscription(
-                String, topic, partial(_described, listeners),
-                QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)))
+                String, topic, partial(_described, listeners), latched_qos()))
         if not self._starting:
             self._log_models()
 

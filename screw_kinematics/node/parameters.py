@@ -41,13 +41,15 @@ class NodeParameters:
     ----------
     node : rclpy.node.Node
         Parameters are declared on it.
-    inherited : bool
-        Whether what was given are the parameters of a node before it.
+    given : frozenset of str, optional
+        Names of those that the user gave; by default all that the node was given, which are
+        otherwise those of a node before it.
 
     """
 
-    def __init__(self, node: Node, inherited: bool = False) -> None:
-        self._node, self._inherited = node, inherited
+    def __init__(self, node: Node, given: frozenset[str] | None = None) -> None:
+        self._node = node
+        self.given = frozenset(self._overrides()) if given is None else given
         self._declared: dict[str, Setting] = {}
         for setting in NODE:
             self._declare('', setting)
@@ -95,7 +97,7 @@ class NodeParameters:
 
     def check_qos_overrides(self) -> None:
         """Raise ParameterError if a standard parameter of a topic has a wrong value."""
-        for name, parameter in self._given().items():
+        for name, parameter in self._overrides().items():
             words, check = QOS_POLICIES.get(name.rpartition('.')[2], ('', None))
             if name.startswith(QOS) and check is not None:
                 try:
@@ -137,7 +139,7 @@ class NodeParameters:
         later = tuple(f'{QOS}{topic}.' for topic in awaited)
         topics = [f'{QOS}{name}' for name in self._node.get_parameters_by_prefix(QOS[:-1])]
         sentences = []
-        for name in () if self._inherited else sorted(self._given()):
+        for name in sorted(self.given):
             if not self._node.has_parameter(name) and not name.startswith(later):
                 known = topics if name.startswith(QOS) else self._declared
                 sentences.append(no_such_parameter(name, known))
@@ -150,7 +152,7 @@ class NodeParameters:
         except ValueError:
             return ()
 
-    def _given(self) -> Mapping[str, Parameter]:
+    def _overrides(self) -> Mapping[str, Parameter]:
         """Return what was given by file or argument; rclpy ignores what is never declared."""
         return getattr(self._node, '_parameter_overrides', {})
 

@@ -12,7 +12,6 @@ from typing import Any, Generic, TypeVar
 from geometry_msgs.msg import WrenchStamped
 from rclpy.exceptions import InvalidTopicNameException
 from rclpy.node import Node
-from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.qos_overriding_options import QoSOverridingOptions
 from rclpy.validate_topic_name import validate_topic_name
 from sensor_msgs.msg import JointState
@@ -20,6 +19,7 @@ from sensor_msgs.msg import JointState
 from .backlog import Backlog
 from .foreign_encoding import as_plain, read_by_middleware
 from .publishers import message_type
+from .qos import input_qos
 from .robot import Robot
 from ..errors import MalformedMessageError, ParameterError, Reason
 from ..messages.base_motion import BaseSample, READERS
@@ -27,17 +27,6 @@ from ..messages.joint_state import JointSample, JointStateDecoder
 from ..messages.wrench import read_wrench, WrenchSample
 
 Sample = TypeVar('Sample', JointSample, WrenchSample, BaseSample)
-
-
-def input_qos() -> QoSProfile:
-    """
-    Return the default quality of service of an input.
-
-    Best effort and volatile as the sensor data profile, so that it matches publishers of
-    either kind, but with a longer queue: a burst must not lose samples.
-    """
-    return QoSProfile(depth=1000, reliability=ReliabilityPolicy.BEST_EFFORT,
-                      durability=DurabilityPolicy.VOLATILE)
 
 
 class TopicInput(ABC, Generic[Sample]):

@@ -107,20 +107,15 @@ class Listener:
     def descriptions(self, topics: Iterable[str]) -> dict[str, str]:
         """Return the robot descriptions by topic: they are there as soon as they have come."""
         from std_msgs.msg import String
+        from ..node.qos import latched_qos
         found: dict[str, str] = {}
 
         def take(topic: str, message: Any) -> None:
             found[topic] = message.data
 
         for topic in topics:
-            self.node.create_subscription(String, topic, partial(take, topic), latched())
+            self.node.create_subscription(String, topic, partial(take, topic), latched_qos())
         return found
-
-
-def latched() -> Any:
-    """Return the QoS by which a message that was sent before is received, too."""
-    from rclpy.qos import DurabilityPolicy, QoSProfile
-    return QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
 def stamp_of(message: Any) -> int:

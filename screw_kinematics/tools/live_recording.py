@@ -12,7 +12,7 @@ from tempfile import TemporaryDirectory
 import time
 from typing import Any
 
-from .listener import check_names, latched, Listener
+from .listener import check_names, Listener
 from ..errors import ParameterError, ToolError
 from ..pipeline.settings import RobotSettings
 from ..recordings.joint_table import JointTable, TableFormat
@@ -90,9 +90,7 @@ def _kinds(node: Any, topics: Collection[str]) -> Mapping[str, str]:
 
 def _subscribe(node: Any, topic: str, kind: str, of_before: bool, take: Callable[[bytes], None],
                ) -> None:
-    from rclpy.qos import QoSProfile, ReliabilityPolicy
+    from ..node.qos import input_qos, latched_qos
     package, folder, name = kind.split('/')
-    qos = latched() if of_before else QoSProfile(
-        depth=1000, reliability=ReliabilityPolicy.BEST_EFFORT)
     node.create_subscription(getattr(import_module(f'{package}.{folder}'), name), topic, take,
-                             qos, raw=True)
+                             latched_qos() if of_before else input_qos(), raw=True)

@@ -122,7 +122,8 @@ def test_what_a_node_has_heard_and_counted_goes_on(context, tmp_path):
     (('shutdown',), 'finalized')])
 def test_the_next_node_is_in_the_state_of_the_one_before(context, transitions, state):
     first = KinematicStatePublisher(context=context, parameter_overrides=[
-        Parameter('robots', value=['arm']), Parameter('arm.description', value=PUMA)])
+        Parameter('robots', value=['arm']), Parameter('arm.description', value=PUMA),
+        Parameter('arm.speed', value=1.0)])
     for transition in transitions:
         getattr(first, f'trigger_{transition}')()
     before = first.hand_over()
@@ -131,7 +132,9 @@ def test_the_next_node_is_in_the_state_of_the_one_before(context, transitions, s
     second = KinematicStatePublisher(before, context=context)
     assert second.state == state
     assert second.get_parameter('arm.description').value == PUMA
-    assert not second.unknown_parameters
+    # What the user gave and what does not exist is still told, and nothing else.
+    assert second.unknown_parameters == (first.unknown_parameters if state == 'active' else [])
+    assert len(first.unknown_parameters) == 1 and 'arm.speed' in first.unknown_parameters[0]
     second.destroy_node()
 
 

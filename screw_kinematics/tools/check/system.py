@@ -28,7 +28,7 @@ def listen(topics: Collection[str], descriptions: Collection[str], seconds: floa
     require_ros()
     check_names('', [*topics, *descriptions])
     from sensor_msgs.msg import JointState
-    from ...node.topic_inputs import input_qos
+    from ...node.qos import input_qos
 
     def take(samples: JointStreams, data: bytes) -> None:
         samples.add(time.time_ns(), data)
