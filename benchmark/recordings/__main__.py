@@ -34,6 +34,7 @@ from .recordings import damage, FORMATS, JOINTS, write
 from screw_kinematics.recordings.joint_table import TableFormat
 from screw_kinematics.recordings.recording import Recording
 from screw_kinematics.recordings.sources import opened
+from screw_kinematics.tools.processes import end_with_parent
 
 MODEL = 'package://screw_kinematics/config/robots/panda.yaml'
 DAMAGED = 3
@@ -88,12 +89,17 @@ def _reading(paths: Sequence[Path], samples: int) -> None:
 
 def _start(paths: Sequence[Path], output: Path, processes: int, first: int = 0,
            ) -> subprocess.Popen[str]:
-    cores = sorted(os.sched_getaffinity(0))[first:first + processes]
+    cores, parent = sorted(os.sched_getaffinity(0))[first:first + processes], os.getpid()
+
+    def prepare() -> None:
+        os.sched_setaffinity(0, cores)
+        end_with_parent(parent)     # also where this one is killed outright
+
     return subprocess.Popen(
         [sys.executable, '-m', 'screw_kinematics', 'bag', *map(str, paths), '--robot', MODEL,
          '--output', str(output), '--format', 'dataset', '--processes', str(processes)],
         stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, start_new_session=True,
-        preexec_fn=lambda: os.sched_setaffinity(0, cores))
+        preexec_fn=prepare)
 
 
 def _compare(folder: Path, outputs: Path, counts: Sequence[int]) -> None:
