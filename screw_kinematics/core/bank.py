@@ -336,15 +336,20 @@ class Bank:
             position = tuple([self.travelled.agreed[j] for j in range(self.n)])
         return self.travelled.ticks, self.travelled.tick, position
 
-    def encoder_steps(self, unit: cython.double) -> float:
-        """Return by how many steps of its encoder the fastest joint will move in a time [s]."""
+    def odds_against_repeating(self, unit: cython.double) -> float:
+        """
+        Return log odds against all encoders reading the same again after a time [s].
+
+        Of a joint that goes on by a part u of a step that is - log(1 - u), nearly u + u^2; which
+        is finite beyond a step, too, as it should: how far joints go is not known exactly.
+        """
         j: cython.Py_ssize_t
-        most: cython.double = 0.0
+        odds: cython.double = 0.0
         for j in range(self.n):
             step: cython.double = max(self.position.signal(j).step_of_encoder(), FINEST)
             steps: cython.double = fabs(self.now[1, j]) * unit / step
-            most = steps if steps > most else most
-        return most
+            odds += steps * (1.0 + steps)
+        return odds
 
     # ---- what others ask
 

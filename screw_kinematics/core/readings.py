@@ -23,6 +23,10 @@ else:
     from math import fabs
 
 
+ALIKE = 0.02
+"""Times that differ by no more than this share of how far they have to be apart are the same."""
+
+
 class Readings:
     """
     The latest readings, each at another tick than the one before.
@@ -114,8 +118,9 @@ class Readings:
 
     def at_times(self, times: list[float],
                  apart: float) -> list[tuple[float, tuple[float, ...]]] | None:
-        """Return all with their times; None where these are not as far apart."""
-        if not all(b - a > apart for a, b in zip(times, times[1:])):
+        """Return all with their times; None where these are no others, or not as far apart."""
+        if not all(b - a > apart for a, b in zip(times, times[1:])) or all(
+                abs(time - self.at(i)[3]) < ALIKE * apart for i, time in enumerate(times)):
             return None
         return [(time, self.position(i)) for i, time in enumerate(times)]
 

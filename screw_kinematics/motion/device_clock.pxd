@@ -44,7 +44,7 @@ cdef class DeviceClock:
     cdef _hear(self, double stamp)
     @cython.locals(age=double)
     cdef Placed _begin(self, double stamp, object position, bint same)
-    @cython.locals(age=double)
+    @cython.locals(age=double, repeats=double)
     cdef long _count(self, TickCounter ticks, double stamp, bint same, Foreseen foreseen,
                      Bank bank) except -1
     cdef bint _regular(self, TickCounter ticks) noexcept

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import inf
 
 from .clock_error import ClockError
 from .clock_findings import clock_doubts, clock_error, HOLDS, Tally
@@ -233,11 +234,12 @@ class DeviceClock:
     def _count(self, ticks: TickCounter, stamp: float, same: bool, foreseen: Foreseen,
                bank: Bank | None) -> Ticks:
         """Return how many ticks passed since the latest reading; 0: this is the same one."""
-        age = stamp - self._last
+        age, repeats = stamp - self._last, inf
         if same and self._repeated.repeats(stamp, age, foreseen.length, self.unit, bank):
             return 0
-        return ticks.number(stamp, foreseen.ticks, foreseen.deviation, foreseen.surprise,
-                            same and age < 3.5 * ticks.period)
+        if same and age < 3.5 * ticks.period:
+            repeats = 0.0 if bank is None else bank.odds_against_repeating(self.unit)
+        return ticks.number(stamp, foreseen.ticks, foreseen.deviation, foreseen.surprise, repeats)
 
     def _regular(self, ticks: TickCounter) -> bool:
         """Whether stamps are right about a loss: regular, and not proven to be another clock's."""

@@ -4,7 +4,7 @@ cimport cython
 
 from ..core.bank cimport Bank
 
-cdef double HELD_MOST, STEPS_SEEN, HARDEST
+cdef double HELD_MOST, UNLIKELY, HARDEST
 
 
 @cython.final

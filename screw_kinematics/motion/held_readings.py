@@ -14,8 +14,8 @@ from ..core.bank import Bank
 HELD_MOST = 0.1
 """A reading that repeats for longer is of joints that stand, s."""
 
-STEPS_SEEN = 2.5
-"""Steps of the encoder that a joint would have moved, beyond which a repetition is no reading."""
+UNLIKELY = 5.0
+"""Log odds against encoders that repeat themselves, beyond which a repetition is no reading."""
 
 HARDEST = 100.0
 """Deceleration of joints that a reading that repeats is believed to show, rad/s^2."""
@@ -105,7 +105,7 @@ class HeldReadings:
         step = self.quantum if self.quantum < inf else 0.0
         return (gone + step > 0.8 * before > 0.0 and foreseen + step > 0.5 * gone
                 and foreseen > HARDEST * (since - 1.1 * unit) * unit
-                and bank.encoder_steps(since) > STEPS_SEEN)
+                and bank.odds_against_repeating(since) > UNLIKELY)
 
     def _follow(self, stamp: float, position: Row) -> None:
         """Learn for how long readings are held that repeat and then go on as before."""

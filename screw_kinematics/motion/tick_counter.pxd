@@ -28,7 +28,7 @@ cdef class TickCounter:
                    best=double, off=double, d=long, near=long, by_joints=long, found=long,
                    lowest=long, highest=long)
     cpdef long number(self, double stamp, double x, double foreseen, double unforeseen,
-                      bint same) except -1
+                      double repeats) except -1
     cpdef note(self, long d)
     @cython.locals(period=double, late=double, held_up=bint, shift=double)
     cpdef double advance(self, long d, double stamp, bint sure) except? -1e300

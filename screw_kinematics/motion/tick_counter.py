@@ -100,7 +100,7 @@ class TickCounter:
         return self.often.get(1, 0.0) > 0.5 * self.total
 
     def number(self, stamp: float, x: float, foreseen: float, unforeseen: float,
-               same: bool) -> int:
+               repeats: float) -> int:
         """
         Return the most likely number of ticks since the last reading; 0: it is the same one.
 
@@ -113,8 +113,9 @@ class TickCounter:
         foreseen, unforeseen : float
             Deviation of x from the number of ticks: as usual; for an acceleration that nobody
             foresaw.
-        same : bool
-            Whether it can be the same reading.
+        repeats : float
+            Where it can be the same reading, log odds against encoders that repeat themselves
+            from one tick to the next; else infinite.
 
         """
         period, lateness = self.period, stamp - self.phase
@@ -128,7 +129,7 @@ class TickCounter:
         # Densities: what nobody foresaw is spread wider, too.
         surprise = SURPRISE + (log(unforeseen / foreseen) if unforeseen > foreseen else 0.0)
         best, found = inf, 1
-        for d in range(max(lowest, 0 if same else 1), min(highest, MOST_TICKS) + 1):
+        for d in range(max(lowest, 0 if repeats < inf else 1), min(highest, MOST_TICKS) + 1):
             if abs(d - near) > 1 and abs(d - by_joints) > 1 and d != 1:
                 continue
             late = lateness - d * period
@@ -140,7 +141,7 @@ class TickCounter:
                 cost = late / early
                 cost = min(0.5 * cost * cost, 6.0 if late > -1.2 * period else 20.0)
             off = (x - d) * (x - d)
-            cost += min(0.5 * off / (foreseen * foreseen),
+            cost += min(d * repeats, 0.5 * off / (foreseen * foreseen),
                         surprise + 0.5 * off / (unforeseen * unforeseen), WRONG)
             cost += self.surprise(d)
             if cost < best - 1e-9:

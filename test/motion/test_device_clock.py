@@ -182,6 +182,20 @@ def test_one_repeated_position_is_left_out_and_told():
     assert estimator.doubts() == ['1 of 1000 messages repeat a reading while the joints move']
 
 
+@pytest.mark.parametrize('delay', [0.0, 0.02])
+@pytest.mark.parametrize('rate', [100, 500, 1000])
+@pytest.mark.parametrize('steps', [0.1, 0.35, 0.7, 0.9, 1.0, 1.2, 2.0, 3.0])
+def test_a_coarse_encoder_that_repeats_itself_holds_no_reading(steps, rate, delay):
+    """However many steps a message the joint makes at the most."""
+    stamps, step = np.arange(4 * rate) / rate, 1e-3
+    positions = np.round(steps * rate * np.cos(stamps)) * step
+    estimator = MotionEstimator(1, delay)
+    for stamp, position in zip(stamps, positions):
+        found = estimator.update(stamp, [position])
+        assert found is not None or stamp < 0.15
+    assert estimator.doubts() == []
+
+
 def test_results_do_not_depend_on_where_time_and_joints_begin():
     motion = motion_of(7)
     messages = reader(500, 800)(motion, 7)
