@@ -222,7 +222,8 @@ def _process_robot(task: Task, recording: Recording | JointTable, robot: Recorde
         robot.groups.describe_missing(), robot.period, longest, *accuracy.result(),
         None if summarizer is None or not account.outputs else summarizer.summary,
         [*robot.findings, *(robot.sensor.findings(account.outputs) if robot.sensor else ())],
-        table(differences) if differences else '', sum(d.compared for d in differences))
+        table(differences) if differences else (
+            'nothing to compare: no output of the node is in a table' if task.compare else ''), sum(d.compared for d in differences))
 
 
 def _differences(task: Task, recording: Recording | JointTable, robot: RecordedRobot,
@@ -276,7 +277,10 @@ def explanation(robot: RobotOutcome, settings: RobotSettings) -> str:
         return robot.missing
     short = robot.refused.get(Reason.RUN_TOO_SHORT, 0)
     gap = settings.motion.options['max_gap']
-    if short > 0.5 * robot.received or short and robot.period > gap:
+    if short > 0.5 * robot.received and robot.period <= gap:
+        return (f'between pauses of more than {settings.name}.estimator.max_gap ({gap:g} s), and '
+                'stamps that go back, there are fewer than 8 samples in a row')
+    if short and robot.period > gap:
         return (f'samples come every {robot.period:.3g} s, and pauses that exceed '
                 f'{settings.name}.estimator.max_gap ({gap:g} s) leave fewer than 8 of them in a '
                 f'row; raise it, or set {settings.name}.velocity_source: measured')

@@ -106,6 +106,8 @@ def read_history(path: Path, quantities: Sequence[str]) -> History:
         else:
             from pyarrow import parquet
             table = parquet.read_table(str(path))
+    except FileNotFoundError:       # Arrow names the path alone
+        raise ToolError(f'{path}: no such file') from None
     except arrow.ArrowInvalid as error:
         raise ToolError(f'{path}: {str(error).splitlines()[0]}') from None
     present = set(table.column_names)

@@ -290,8 +290,13 @@ def test_joints_that_nobody_publishes_and_what_is_published(run, tmp_path, capsy
     assert re.search(r'no joint states of .*; there are some of ', capsys.readouterr().err)
 
 
-def test_nothing_to_compare_is_a_finding(run):
+def test_nothing_to_compare_is_a_finding(run, tmp_path, capsys):
     assert bag.main([str(run), '--robot', PUMA, '--compare']) == 1
+    table = tmp_path / 'x.csv'
+    table.write_text('\n'.join([','.join(['t', *rec.PUMA.joint_names]), *(
+        f'{0.01 * k:.2f}' + f',{np.sin(0.01 * k):.6f}' * 6 for k in range(50))]))
+    assert bag.main([str(table), '--robot', PUMA, '--compare']) == 1
+    assert 'nothing to compare: no output of the node is in a table' in capsys.readouterr().out
 
 
 @pytest.mark.parametrize('change, message', [

@@ -176,6 +176,7 @@ def test_nothing_is_overwritten_unless_told(tmp_path, capsys):
     (['motion', str(ROBOTS / 'rpr.yaml'), '--quantities', 'speed'], "unknown quantity 'speed'"),
     (['screws', str(ROBOTS / 'rpr.yaml'), '--q', '1,2'], r'q: expected shape \(3,\)'),
     (['recorded', 'states.txt'], 'states.txt: no bag there; allowed: a directory with'),
+    (['recorded', 'no.parquet'], 'no.parquet: no such file'),
     (['figure11', '--output', 'figure11.bmp'], "'figure11.bmp'; allowed: .*.svg"),
 ])
 def test_errors_are_one_line_and_exit_code_2(capsys, arguments, message):
