@@ -17,7 +17,7 @@ import time
 
 from rich.table import Table
 
-from .course import Course, Result
+from .course import Course, EVENTS, Result
 from .rig import Rig
 from .robots import ROBOTS
 from ..printing import conclude, console, look_for_tracebacks
@@ -33,15 +33,20 @@ def main() -> int:
     parser.add_argument('--every', type=float, default=120.0, metavar='SECONDS',
                         help='time between two settings of the clock that is set (default: 120)')
     parser.add_argument('--seed', type=int, default=1)
+    parser.add_argument('--only', nargs='+', metavar='TEXT', default=[''],
+                        help='of what happens beside the stops, only what contains one of these')
     parser.add_argument('--json', type=Path, help='file for all figures')
     options = parser.parse_args()
+    events = [name for name in EVENTS if any(text in name for text in options.only)]
+    if not events:
+        parser.error(f'--only: one of {", ".join(EVENTS)}')
     begin = time.monotonic()
 
     def tell(text: str) -> None:
         print(f'{time.monotonic() - begin:7.1f} s  {text}', flush=True)
 
     with own_domain(), tempfile.TemporaryDirectory() as folder:
-        course = Course(Rig(Path(folder), options.every), options.seed, tell)
+        course = Course(Rig(Path(folder), options.every), options.seed, tell, events)
         result = course.run(options.minutes * 60)
         look_for_tracebacks(result, Path(folder), 'node', 'drivers')
     return conclude(console(), result, tables(result), options.json)

@@ -130,11 +130,14 @@ class Course:
     seed : int
     tell : callable
         Told what goes on.
+    events : list of str
+        What may happen beside the stops: names of `EVENTS`.
 
     """
 
-    def __init__(self, rig: Rig, seed: int, tell: Callable[[str], None]) -> None:
-        self._rig, self._random, self._tell = rig, Random(seed), tell
+    def __init__(self, rig: Rig, seed: int, tell: Callable[[str], None],
+                 events: list[str]) -> None:
+        self._rig, self._random, self._tell, self._events = rig, Random(seed), tell, events
         self.result = Result()
 
     def run(self, seconds: float) -> Result:
@@ -145,11 +148,11 @@ class Course:
             # Once soon: queues are then as long as they will ever be.
             self._stop_listener()
             self._stop_node()
-            pending = list(EVENTS)
+            pending = list(self._events)
             while pending or time.monotonic() - begin < seconds:
                 if len(result.stops) == 1 and time.monotonic() - begin > seconds / 2:
                     self._stop_node()
-                name = pending.pop(0) if pending else self._random.choice(list(EVENTS))
+                name = pending.pop(0) if pending else self._random.choice(self._events)
                 self._happen(name, EVENTS[name])
             if len(result.stops) == 1:
                 self._stop_node()
