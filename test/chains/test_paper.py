@@ -12,7 +12,7 @@ import pytest
 from screw_kinematics import InverseSolver
 from screw_kinematics.errors import SingularityError
 from screw_kinematics.screws import se3
-from support import robots
+from support import exact, robots
 
 PUMA = robots.robot('puma560')
 AMPLITUDES = np.array([0.2, 0.15, 0.25, 0.25, 0.15, 0.3])
@@ -37,6 +37,15 @@ def test_puma_at_time_zero():
                                [-75.851720, 58.070508, -78.416507], rtol=0, atol=1e-6)
     np.testing.assert_allclose(state.reduced_acceleration[3:] * 1e3,
                                [102.442998, -46.636100, -19.389517], rtol=0, atol=1e-6)
+
+
+@pytest.mark.parametrize('t', np.linspace(0, 2 * np.pi, 7))
+def test_puma_over_its_period(t):
+    motion = puma_motion(t)
+    state, expected = PUMA.state(*motion), exact.tip_motion(PUMA, *motion)
+    for n in range(1, 5):
+        np.testing.assert_allclose(state.classical(n), expected.classical[n - 1], rtol=0,
+                                   atol=1e-11 * np.abs(expected.classical[n - 1]).max())
 
 
 @pytest.mark.parametrize('q5', [0.0, 1e-9, 0.4])

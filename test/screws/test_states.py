@@ -52,6 +52,14 @@ def test_the_recursion_holds_beyond_order_four():
         assert_close(classical[n], motion.classical[n])
 
 
+def test_acceleration_has_the_coriolis_lie_term_once():
+    _, _, (qd, qdd, *_), screws = screws_and_motion(KINDS[3])
+    linear = sum(a * s for a, s in zip(qdd, screws))
+    coriolis = sum(qd[i] * qd[j] * lie_product(screws[i], screws[j])
+                   for j in range(len(screws)) for i in range(j))
+    assert_close(states.chain_states(screws, [qd, qdd])[1], linear + coriolis, 1e-13)
+
+
 def test_no_joints_no_motion():
     found = states.chain_states([], [np.zeros((5, 0)), np.zeros((5, 0))])
     assert [x.shape for x in found] == [(5, 6), (5, 6)] and not np.any(found)

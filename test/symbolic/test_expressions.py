@@ -83,6 +83,15 @@ def _order(expression):
     return expression.derivative_count if isinstance(expression, sympy.Derivative) else 0
 
 
+def test_lie_algebra_identities_hold_for_symbols():
+    x, y, z = (symbolic.six_vector(name) for name in 'XYZ')
+    bracket = se3.lie_product
+    jacobi = bracket(x, bracket(y, z)) + bracket(y, bracket(z, x)) + bracket(z, bracket(x, y))
+    assert [sympy.expand(e) for e in jacobi] == [0] * 6
+    assert sympy.expand(se3.klein_form(bracket(x, y), z) - se3.klein_form(x, bracket(y, z))) == 0
+    assert sympy.expand(se3.killing_form(x, y) - se3.killing_form(y, x)) == 0
+
+
 def test_composition_on_symbols_is_the_paper_s_theorem():
     V1, A1, V2, A2 = (symbolic.six_vector(name) for name in ('V1', 'A1', 'V2', 'A2'))
     velocity, acceleration = states.compose([V1, A1], [V2, A2])

@@ -7,14 +7,14 @@ from typing import Any
 
 import numpy as np
 
-from .histories import pyplot
+from .histories import COLOURS, pyplot
+from .space import show_cube
 from ..reference_motions import ReferenceMotion
 from ...chains.manipulator import Manipulator
 from ...screws.axodes import axodes
 from ...screws.screw import Screw
 from ...screws.se3 import Array, matvec
 
-_FIXED, _MOVING = '#0072B2', '#D55E00'
 # Axes farther away than this, in sizes of the tip's path and the robot, are left out.
 _FARTHEST = 3.0
 
@@ -32,15 +32,11 @@ def draw_axodes(robot: Manipulator, motion: ReferenceMotion, time: Array) -> Any
     fixed = found.fixed.axis, found.fixed.point
     moving = (matvec(pose[:3, :3], found.moving.axis),
               matvec(pose[:3, :3], found.moving.point) + pose[:3, 3])
-    for (axis, point), colour, label in ((fixed, _FIXED, 'fixed axode'),
-                                         (moving, _MOVING, 'moving axode, at the start')):
+    for (axis, point), colour, label in ((fixed, COLOURS[0], 'fixed axode'),
+                                         (moving, COLOURS[1], 'moving axode, at the start')):
         _draw_lines(space, axis, point, found.fixed, middle, size, colour, label)
     space.plot(*path.T, color='#555555', linewidth=1.5, label=f'path of {robot.tip_frame}')
-    for name, centre in zip('xyz', middle):
-        getattr(space, f'set_{name}lim')(centre - size, centre + size)
-        getattr(space, f'set_{name}label')(f'{name} [m]')
-    space.set_box_aspect((1, 1, 1))
-    space.legend(loc='upper left', fontsize=8)
+    show_cube(space, middle, size)
     figure.suptitle(f'{getattr(robot, "name", "")}: axodes of {robot.tip_frame} relative to '
                     f'{robot.base_frame}\nthe moving one rolls on the fixed one, and slides by '
                     'the pitch', fontsize=10)

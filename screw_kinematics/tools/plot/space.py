@@ -141,13 +141,17 @@ class _Picture:
 
     def finish(self, title: str) -> None:
         """Set scales, legend and title."""
-        for axis, middle in zip('xyz', self._middle):
-            getattr(self.space, f'set_{axis}lim')(middle - 0.62 * self._size,
-                                                  middle + 0.62 * self._size)
-            getattr(self.space, f'set_{axis}label')(f'{axis} [m]')
-        self.space.set_box_aspect((1, 1, 1))
-        self.space.legend(loc='upper left', fontsize=8)
+        show_cube(self.space, self._middle, 0.62 * self._size)
         self.figure.suptitle(f'{title}\n{_motion(self._screw)}', fontsize=10)
+
+
+def show_cube(space: Any, middle: Array, half: float) -> None:
+    """Show what is within half a cube's length of a point, in the same scale, and the legend."""
+    for axis, centre in zip('xyz', middle):
+        getattr(space, f'set_{axis}lim')(centre - half, centre + half)
+        getattr(space, f'set_{axis}label')(f'{axis} [m]')
+    space.set_box_aspect((1, 1, 1))
+    space.legend(loc='upper left', fontsize=8)
 
 
 def _box(points: Array) -> tuple[Array, float]:
