@@ -223,7 +223,8 @@ def _process_robot(task: Task, recording: Recording | JointTable, robot: Recorde
         None if summarizer is None or not account.outputs else summarizer.summary,
         [*robot.findings, *(robot.sensor.findings(account.outputs) if robot.sensor else ())],
         table(differences) if differences else (
-            'nothing to compare: no output of the node is in a table' if task.compare else ''), sum(d.compared for d in differences))
+            'nothing to compare: no output of the node is in a table' if task.compare else ''),
+        sum(d.compared for d in differences))
 
 
 def _differences(task: Task, recording: Recording | JointTable, robot: RecordedRobot,
