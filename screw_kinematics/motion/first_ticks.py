@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from itertools import accumulate
 from math import gcd, log
 
-from .tick_counter import TickCounter
+from .tick_counter import PAIRS, TickCounter
 from ..core.robust_line import Line
 
 FIRST = 20
@@ -78,14 +78,12 @@ class FirstTicks:
 def _told(numbers: Sequence[int], stamps: Sequence[float]) -> tuple[float, TickCounter]:
     """Return the words, of a nat, that tell stamps by these ticks; and who counts on."""
     longest = gcd(*(number - numbers[0] for number in numbers))
-    pairs = [((number - numbers[-1]) / longest, stamp) for number, stamp in zip(numbers, stamps)]
-    line = Line(FIRST)
-    for pair in pairs:
-        line.add(*pair)
+    line = Line(PAIRS)
+    for number, stamp in zip(numbers, stamps):
+        line.add((number - numbers[-1]) / longest, stamp)
     phase, period, deviation = line.fit(0.0)
     ticks = TickCounter(phase, period, FIRST, max(deviation, 1e-4 * period))
-    for pair in pairs:
-        ticks.line.add(*pair)
+    ticks.line = line
     words = FIRST * log(max(deviation, FINEST))
     for a, b in zip(numbers, numbers[1:]):
         words += ticks.surprise((b - a) // longest)

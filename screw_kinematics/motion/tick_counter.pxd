@@ -2,10 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 cimport cython
 
+from libc.math cimport lrint as round       # as Python does: halves to even
+
 from ..core.robust_line cimport Line
 
 cdef double SURPRISE, WRONG
-cdef long PAIRS, LATE, MOST_TICKS
+cdef long LATE, MOST_TICKS
 
 
 @cython.final
