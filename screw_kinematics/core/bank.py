@@ -87,8 +87,8 @@ class Bank:
         self.velocity = Channel(n, self.gains, self.price, self.delayed)
         self.trust, self.keep = [VelocityTrust() for _ in range(n)], Fading()
         self.steps, self.pace = Steps(self.gains), Pace()
-        self.of_position = Mixture(self.position, self.gains, self.steps, self.delayed)
-        self.of_velocity = Mixture(self.velocity, self.gains, self.steps, self.delayed)
+        self.of_position = Mixture(self.position, self.gains, self.steps, self.delayed, 2)
+        self.of_velocity = Mixture(self.velocity, self.gains, self.steps, self.delayed, 1)
         self.spread = Spread(n, self.gains, self.steps, self.delayed, noise)
         self.travelled = Travel(n)
         self.now, self.out, self.instead = table(4, n), table(14, n), zeros(n)
@@ -266,7 +266,7 @@ class Bank:
             self.spread.begin(self.velocity, self.dt)
         for j in range(self.n):
             found.look(j, i, at, self.time, spread)
-            found.mix(j, 2, self.pace.period)
+            found.mix(j, self.pace.period)
             for k in range(4):
                 self.out[k, j] = found.mean[k] / self.scale[k]
             if spread:
@@ -292,11 +292,12 @@ class Bank:
         wanted: cython.double = at + trust.lag
         i: cython.longlong = self.steps.before(wanted) if self.delayed else self.count
         found.look(j, i, wanted, self.time, spread)
-        found.mix(j, 1, self.pace.period)
+        found.mix(j, self.pace.period)
         scale: cython.double = (1.0 + trust.scale) / self.rate
         av: cython.double = found.mean[1] / unit / scale
         sv: cython.double = found.variance / (unit * unit) + 1e-12
-        w: cython.double = trust.weigh((av - ap) * (av - ap), sp, sv, self.keep, fresh)
+        w: cython.double = trust.weigh(av - ap, found.wider / unit / scale, sp, sv, self.keep,
+                                       fresh)
         faster: cython.double = found.mean[0] / scale - self.out[1, j]
         if spread:
             made_good: cython.double = 0.0      # across a pause lag and scale are not found

@@ -13,6 +13,7 @@ cdef double TIME_UNIT, NEGLIGIBLE
 cdef class Mixture:
     cdef Py_ssize_t m
     cdef bint delayed
+    cdef int what
     cdef Gains gains
     cdef Steps steps
     cdef Channel channel
@@ -25,8 +26,9 @@ cdef class Mixture:
     cdef Py_ssize_t top
     # What `mix` has found.
     cdef double[::1] mean           # state, scaled
-    cdef double variance            # of the component asked for
+    cdef double variance            # of the acceleration
+    cdef double wider               # how far wider filters are from it
 
     cdef void look(self, Py_ssize_t j, long long i, double at, double time,
                    bint whole) noexcept
-    cdef void mix(self, Py_ssize_t j, int what, double period) noexcept
+    cdef void mix(self, Py_ssize_t j, double period) noexcept

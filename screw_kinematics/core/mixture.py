@@ -29,14 +29,18 @@ class Mixture:
         The latest ones.
     delayed:
         Whether instants are before the latest step.
+    what:
+        Component of the state that is the acceleration: 2 of positions, 1 of velocities.
 
     """
 
-    def __init__(self, channel: Channel, gains: Gains, steps: Steps, delayed: bool) -> None:
+    def __init__(self, channel: Channel, gains: Gains, steps: Steps, delayed: bool,
+                 what: int) -> None:
         self.channel, self.gains, self.steps, self.m = channel, gains, steps, gains.m
-        self.delayed, self.states = delayed, table(4, gains.m) if delayed else channel.x
+        self.what, self.delayed, self.states = what, delayed, (
+            table(4, gains.m) if delayed else channel.x)
         self.mean, self.p = zeros(4), gains.p
-        self.r, self.first, self.top, self.variance = 0.0, 0, 0, 0.0
+        self.r, self.first, self.top, self.variance, self.wider = 0.0, 0, 0, 0.0, 0.0
 
     def look(self, j: cython.Py_ssize_t, i: cython.longlong, at: cython.double,
              time: cython.double, whole: cython.bint) -> None:
@@ -44,8 +48,8 @@ class Mixture:
         Look at the states of a signal's filters at step i, to be carried on to an instant [s].
 
         With a delay these are smoothed: the predicted state, and the innovations since then by
-        their taps; only of filters that have weight unless `whole`. Without, i is the latest step,
-        and `time` when that was.
+        their taps; unless `whole` only of filters that have weight, of velocities the next wider
+        ones, too. Without, i is the latest step, and `time` when that was.
         """
         k: cython.Py_ssize_t
         since: cython.Py_ssize_t
@@ -60,8 +64,12 @@ class Mixture:
         b: cython.double[:, ::1] = self.states
         taps: cython.double[:, ::1] = self.steps.taps
         errors: cython.double[:, ::1] = c.errors
+        narrower: cython.double = 0.0
         for k in range(m):
-            if not whole and c.weight[first + k] < NEGLIGIBLE:
+            w: cython.double = c.weight[first + k]
+            passed: cython.bint = w < NEGLIGIBLE and (self.what == 2 or narrower < NEGLIGIBLE)
+            narrower = w
+            if passed and not whole:
                 continue
             # Sums of their own, and no remainder for each step: a third of the time.
             x0: cython.double = c.states[slot, first + k]
@@ -80,12 +88,13 @@ class Mixture:
         self.r = (at - self.steps.times[slot, 0]) / TIME_UNIT
         self.top = 10 * (self.steps.latest - i)
 
-    def mix(self, j: cython.Py_ssize_t, what: cython.int, period: cython.double) -> None:
+    def mix(self, j: cython.Py_ssize_t, period: cython.double) -> None:
         """
         Mix a signal's filters.
 
-        Finds the mean state, and what variance of component `what`, 1 or 2, the filters claim.
-        Densities of the processes are of a period.
+        Finds the mean state, and what variance of the acceleration the filters claim; of
+        velocities, with a delay, how far the next wider filter of each is from it. Densities of
+        the processes are of a period.
         """
         k: cython.Py_ssize_t
         c: Channel = self.channel
@@ -104,6 +113,7 @@ class Mixture:
         total: cython.double = 0.0
         square: cython.double = 0.0
         inner: cython.double = 0.0
+        wider: cython.double = 0.0
         v: cython.double
         for k in range(c.low[j], c.high[j]):
             w: cython.double = c.weight[first + k]
@@ -121,12 +131,14 @@ class Mixture:
             m1 += w * b1
             m2 += w * b2
             m3 += w * b3
-            if what == 2:
+            if self.what == 2:
                 square += w * b2 * b2
                 v = (self.p[top + 7, k] + 6.0 * r * self.p[top + 8, k]
                      + 9.0 * r2 * self.p[top + 9, k])
             else:
                 square += w * b1 * b1
+                if self.delayed and k + 1 < self.m:
+                    wider += w * (self.states[1, s + 1] - x1)
                 v = (self.p[top + 4, k] + 4.0 * r2 * self.p[top + 7, k]
                      + 9.0 * r2 * r2 * self.p[top + 9, k] + 4.0 * r * self.p[top + 5, k]
                      + 6.0 * r2 * self.p[top + 6, k] + 12.0 * r3 * self.p[top + 8, k])
@@ -138,8 +150,9 @@ class Mixture:
                         v += density * self.gains.noise[0, 4] * h3
             inner += w * c.mean[first + k] * v
         total = 1.0 / total
+        self.wider = wider * total
         m1 *= total
         m2 *= total
         self.mean[0], self.mean[1], self.mean[2], self.mean[3] = m0 * total, m1, m2, m3 * total
-        square = square * total - (m2 * m2 if what == 2 else m1 * m1)
+        square = square * total - (m2 * m2 if self.what == 2 else m1 * m1)
         self.variance = (square if square > 0.0 else 0.0) + inner * total

@@ -39,4 +39,5 @@ cdef class VelocityTrust:
     cpdef bint differenced(self) noexcept
     cdef bint usable(self) noexcept
     cdef double speed(self, double foreseen, double acceleration) noexcept
-    cdef double weigh(self, double apart, double sp, double sv, Fading keep, bint fresh) noexcept
+    cdef double weigh(self, double off, double wider, double sp, double sv, Fading keep,
+                      bint fresh) noexcept

@@ -163,24 +163,26 @@ class VelocityTrust:
             return (self.latest + self.lag * acceleration) / (1.0 + self.scale)
         return foreseen
 
-    def weigh(self, apart: cython.double, sp: cython.double, sv: cython.double,
-              keep: Fading, fresh: cython.bint) -> cython.double:
+    def weigh(self, off: cython.double, wider: cython.double, sp: cython.double,
+              sv: cython.double, keep: Fading, fresh: cython.bint) -> cython.double:
         """
         Return the weight of the velocity's acceleration beside the position's.
 
         Its variance is raised by what shows that it is not what it claims: misfit of both
-        accelerations, by at most what the integral could hide; a lag beyond a millisecond.
+        accelerations, by at most what the integral could hide; a lag beyond a millisecond; the
+        way to wider filters, if it leads to the position's acceleration: it is behind a jump.
 
         Parameters
         ----------
-        apart:
-            Square of their difference.
+        off, wider:
+            How far it is from the position's; and its wider filters are from it.
         sp, sv:
             Variances of the position's and the velocity's acceleration.
         keep, fresh:
             What the latest step leaves, and whether this was not asked since.
 
         """
+        apart: cython.double = off * off
         d: cython.double = apart / (sp + sv)
         d = d if d < 50.0 else 50.0
         if fresh:
@@ -193,6 +195,8 @@ class VelocityTrust:
         hidden = WORST * hidden / (MEMORY * MEMORY * MEMORY * MEMORY) if hidden > 0.0 else 0.0
         late: cython.double = (self.lag - EARLY_LAG) / LATE_LAG
         late = 0.0 if late < 0.0 else late if late < 1.0 else 1.0
-        sv += (excess if excess < hidden else hidden) + late * apart
+        behind: cython.double = -off * wider
+        behind = 0.0 if behind < 0.0 else behind if behind < apart else apart
+        sv += (excess if excess < hidden else hidden) + late * apart + behind
         self.share = sp / (sp + sv)
         return self.share

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from screw_kinematics.motion import FixedKalmanFilter, MotionEstimator, SavitzkyGolay
-from support.motions import acceleration_error, run, samples, sines
+from support.motions import acceleration_error, jumps, run, samples, sines
 
 RATE = 500
 
@@ -140,6 +140,18 @@ def test_a_good_velocity_helps_and_a_differenced_one_is_seen_through():
     used = run(estimator, stamps, positions, differenced)[:2]
     assert acceleration_error(motion, *used) < 1.1 * without
     assert any('differenced' in doubt for doubt in estimator.doubts())
+
+
+@pytest.mark.parametrize('delay', [0.02, 0.05])
+@pytest.mark.parametrize('noise', [1e-6, 1e-3])
+def test_a_velocity_whose_filters_are_behind_a_jump_does_no_harm(noise, delay):
+    motion = jumps(3, 7)
+    stamps, positions = samples(motion, 250, 4.0, 3)
+    velocities = motion(stamps)[1] + noise * np.random.default_rng(3).normal(size=positions.shape)
+    errors = [acceleration_error(motion, *run(MotionEstimator(7, delay=delay), stamps, positions,
+                                              measured)[:2])
+              for measured in (velocities, None)]
+    assert errors[0] < 1.06 * errors[1]
 
 
 def test_stamps_on_arrival_of_a_periodic_sampler_are_regularised():

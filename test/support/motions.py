@@ -21,6 +21,20 @@ def sines(seed, n_joints, highest=4.0):
     return motion
 
 
+def jumps(seed, n_joints, seconds=5.0):
+    """Return a motion whose accelerations jump, twice a second or so, and whose jerk is zero."""
+    rng = np.random.default_rng(seed)
+    begins = np.cumsum(rng.uniform(0.2, 0.8, (int(5 * seconds), n_joints)), axis=0) - 0.2
+    steps = np.diff(rng.uniform(-3.0, 3.0, (len(begins) + 1, n_joints)), axis=0)
+
+    def motion(t):
+        since = np.maximum(np.asarray(t)[..., None, None] - begins, 0.0)
+        return np.stack([(steps * along).sum(axis=-2)
+                         for along in (since**2 / 2.0, since, since > 0.0, 0.0 * since)])
+
+    return motion
+
+
 def samples(motion, rate, seconds, seed, resolution=1e-5, jitter=0.0):
     """Return stamps, quantised positions (with a little noise before quantisation)."""
     rng = np.random.default_rng(seed)
