@@ -87,21 +87,11 @@ def test_batches_are_single_samples_side_by_side():
     np.testing.assert_allclose(batch.reduced_snap[1, 2], single.reduced_snap, rtol=1e-13)
 
 
-def test_wrong_arguments_are_refused():
-    chain = robots.robot('rpr')
-    with pytest.raises(ShapeError, match=r'q of SerialChain\(rpr.*\(\.\.\., 3\), got \(2,\)'):
-        chain.pose(np.zeros(2))
-    with pytest.raises(ShapeError, match='derivative 2 of q of'):
-        chain.state(np.zeros(3), np.zeros(3), np.zeros(4))
-    with pytest.raises(InvalidValueError, match='up to order 4 are supported, got 5'):
-        chain.state(*np.zeros((6, 3)))
-    with pytest.raises(UnknownNameError, match="unknown axes 'tool'; known: 'base', 'tip'"):
-        chain.jacobian(np.zeros(3), axes='tool')
-    with pytest.raises(UnknownNameError, match="unknown pole 'tool'; known: 'base', 'tip'"):
-        chain.screws(np.zeros(3), pole='tool')
-
-
 @pytest.mark.parametrize('call, message', [
+    (lambda c, q: c.pose(q[0, :2]), r'q of SerialChain\(rpr.*\(\.\.\., 3\), got \(2,\)'),
+    (lambda c, q: c.state(*[q] * 6), 'up to order 4 are supported, got 5'),
+    (lambda c, q: c.jacobian(q, axes='tool'), "unknown axes 'tool'; known: 'base', 'tip'"),
+    (lambda c, q: c.screws(q, pole='tool'), "unknown pole 'tool'; known: 'base', 'tip'"),
     (lambda c, q: c.state(q, q[:2]), r'derivative 1 of q of .*expected .*\(4, 3\), as q, got'),
     (lambda c, q: c.state(q, q, q[:3]), r'derivative 2 of q of .*got \(3, 3\)'),
     (lambda c, q: c.link_states(q, q[:2]), 'derivative 1 of q of'),
@@ -126,7 +116,7 @@ def test_wrong_arguments_are_refused():
     (lambda c, q: Joint('a', 'revolute', None), r"joint 'a': axis: expected shape \(3,\)"),
 ])
 def test_arguments_are_refused_by_name(call, message):
-    with pytest.raises((ShapeError, InvalidValueError), match=message):
+    with pytest.raises((ShapeError, InvalidValueError, UnknownNameError), match=message):
         call(robots.robot('rpr'), np.zeros((4, 3)))
 
 

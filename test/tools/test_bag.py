@@ -313,11 +313,6 @@ def test_errors_are_one_line(run, tmp_path, capsys, change, message):
     assert re.search(message, error) and error.count('\n') == 1
 
 
-def test_no_bag_there(tmp_path, capsys):
-    assert bag.main([str(tmp_path), '--robot', PUMA, '--compare']) == 2
-    assert 'no recording there' in capsys.readouterr().err
-
-
 def test_the_motion_of_the_joints_and_an_imu_with_covariances(run, tmp_path):
     outputs = ('joint_motion', 'joint_states', 'imu', 'accel_with_covariance')
     assert bag.main([str(run), '--robot', PUMA, '--outputs', ','.join(outputs),

@@ -42,13 +42,6 @@ def test_minimum_jerk_goes_to_the_goal_rests_and_comes_back():
     np.testing.assert_array_equal(qdd, 0)
 
 
-def test_paper_motion_of_six_joints():
-    q, qd, qdd = reference_motion('paper', ['revolute'] * 6).derivatives(0.0, 2)
-    np.testing.assert_allclose(q, np.radians(10))
-    np.testing.assert_allclose(qd, [0.2, 0.15, 0.25, 0.25, 0.15, 0.3])
-    np.testing.assert_allclose(qdd, 0, atol=1e-15)
-
-
 def test_unknown_motion_names_the_known_ones():
     with pytest.raises(ParameterError, match="'motion' is 'waltz'; allowed: paper, minjerk"):
         reference_motion('waltz', KINDS)
