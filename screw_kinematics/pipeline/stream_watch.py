@@ -41,7 +41,7 @@ FORGET = 0.99
 
 
 class StreamWatch:
-    """Watches a group's readings; if ``measured``, velocities are used right or not."""
+    """Watches a group's readings; ``measured``: velocities are used, be they right or wrong."""
 
     def __init__(self, names: Sequence[str], continuous: Sequence[bool] | None = None,
                  measured: bool = False) -> None:

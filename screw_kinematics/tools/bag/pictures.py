@@ -1,6 +1,11 @@
 # Copyright screw_kinematics contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Pictures for a page, as SVG text: curves over time, distributions, paths seen from two sides."""
+"""
+Pictures for a page, as SVG text: curves over time, distributions, paths seen from two sides.
+
+Written by hand: the extra ``bag`` has no matplotlib, which would take half a minute for the
+pictures of some hundred recordings.
+"""
 from __future__ import annotations
 
 from collections.abc import Sequence
