@@ -62,16 +62,19 @@ class GroupMotion(Protocol):
 
 def make_motion(settings: MotionSettings, continuous: Sequence[bool],
                 max_velocity: Sequence[float], order: int, covariance: bool,
-                before: GroupMotion | None = None) -> GroupMotion:
+                before: GroupMotion | None = None, joined: bool = False) -> GroupMotion:
     """
     Return the motion of a group of joints as the settings ask for it.
 
     Up to the derivative of an order of 0 to 4; only an estimator knows variances. Where the joints
-    and settings are the same as before, the estimator goes on.
+    and settings are the same as before, the estimator goes on. What is to be joined with that of
+    other groups has all derivatives that are known: it is carried to another instant by them.
     """
     measured = settings.velocity_source == 'measured'
     if not covariance and settings.delay == 0 and order <= (1 if measured else 0):
         return MeasuredMotion(order)
+    if joined:
+        order = max(order, 3)
     estimator = before.estimator if before is not None else None
     if estimator is None:
         estimator = make_estimator(

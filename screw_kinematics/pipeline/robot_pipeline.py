@@ -193,4 +193,5 @@ class RobotPipeline:
                      before: GroupMotion | None = None) -> GroupMotion:
         return make_motion(self.settings, [self.continuous[c] for c in columns],
                            [self.max_velocity[c] for c in columns],
-                           kinematics.order, kinematics.covariance, before)
+                           kinematics.order, kinematics.covariance, before,
+                           joined=len(columns) < len(self.joint_names))
