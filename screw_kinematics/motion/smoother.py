@@ -249,25 +249,25 @@ def _smooth_run(run: _Run, stamps: Array, velocities: Array | None, state: Array
     if _smoother_by(given[fresh], times, positions):
         # The clock has found nothing that is better than the stamps.
         times, instants, rates = given[fresh], given, np.ones(len(given))
-    # The latest reading at each sample's stamp, and how much later that is.
-    latest = np.clip(np.searchsorted(times, instants, side='right') - 1, 0, len(times) - 1)
-    onward = np.clip(instants - times[latest], -0.05, 0.05)
+    # The reading nearest to each sample's stamp, and how much later that is.
+    nearest = np.searchsorted((times[1:] + times[:-1]) / 2.0, instants)
+    onward = np.clip(instants - times[nearest], -0.05, 0.05)
     smoother = IntervalSmoother(BANDWIDTHS, WIDE, STEEP)
     for begin, core, end, after in _pieces(times):
         smoother.plan(np.ascontiguousarray(times[begin:after]))
-        rows = np.flatnonzero((latest >= core) & (latest < end))
+        rows = np.flatnonzero((nearest >= core) & (nearest < end))
         for j in range(positions.shape[1]):
             x, p = _smoothed(smoother, positions[begin:after, j])
             if measured is not None:
                 x, p = fused(smoother, times[begin:after], x, p, positions[begin:after, j],
                              measured[begin:after, j])
             h = onward[rows]
-            at = x[:, latest[rows] - begin]
+            at = x[:, nearest[rows] - begin]
             state[rows, 0, j] = at[0] + h * (at[1] + h / 2 * (at[2] + h / 3 * at[3]))
             state[rows, 1, j] = (at[1] + h * (at[2] + h / 2 * at[3])) / rates[rows]
             state[rows, 2, j] = (at[2] + h * at[3]) / rates[rows]**2
             state[rows, 3, j] = at[3] / rates[rows]**3
-            variance[rows, :, j] = p[:, latest[rows] - begin].T
+            variance[rows, :, j] = p[:, nearest[rows] - begin].T
 
 
 def _smoother_by(stamps: Array, times: Array, positions: Array) -> bool:

@@ -81,6 +81,17 @@ def test_continuous_joint_is_unwrapped():
     np.testing.assert_allclose(result.velocity[100:-100, 0], 3.0, atol=1e-7)
 
 
+def test_stamps_a_little_before_their_reading_are_no_period_after_the_one_before():
+    motion, rng = sines(2, 7), np.random.default_rng(2)
+    ticks = np.arange(2000) / RATE
+    positions = np.round(motion(ticks)[0] / 1e-6) * 1e-6
+    stamps = ticks + 1e-6 * rng.normal(size=len(ticks))
+    settled = slice(100, -100)
+    late, regular = (np.sqrt(np.mean((smooth(t, positions).acceleration
+                                      - motion(ticks)[2])[settled]**2)) for t in (stamps, ticks))
+    assert late < 1.2 * regular
+
+
 @pytest.mark.parametrize('value', [0.0, 1.5])
 def test_a_velocity_that_never_changes_says_nothing(value):
     """Not that the joint does not accelerate, however certain a constant seems."""
