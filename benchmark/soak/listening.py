@@ -15,9 +15,10 @@ from typing import Any
 from diagnostic_msgs.msg import DiagnosticArray
 import rclpy
 from rclpy.experimental import EventsExecutor
-from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.task import Future
 from std_msgs.msg import String
+
+from screw_kinematics.node.qos import latched_qos
 
 PATIENCE = 120.0
 CHECK_PERIOD = 0.25
@@ -56,8 +57,7 @@ class Listening(ABC):
         self._executor.add_node(self._here)
         self.diagnostics = DiagnosticArray()
         self._here.create_subscription(DiagnosticArray, '/diagnostics', self._report, 10)
-        self._describe = self._here.create_publisher(String, 'robot_description', QoSProfile(
-            depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL))
+        self._describe = self._here.create_publisher(String, 'robot_description', latched_qos())
         self._next_check = self._next_look = 0.0
         self._never = Future()
         self._logs: list[Any] = []
