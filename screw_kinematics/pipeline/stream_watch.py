@@ -5,12 +5,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 from math import dist, pi
 
 import numpy as np
 
 from .joint_groups import listed, Reading
-from ..motion.units import TURNS_ON, unit_doubts, WRAP
+from ..motion.units import TURNS_ON, unit_doubts, UnitDoubt, WRAP
 
 EVERY = 17
 """Three readings in a row are looked at, of so many; a prime, so that no rhythm is missed."""
@@ -92,7 +93,7 @@ class StreamWatch:
         elif jumping:
             findings.append(f'positions of joints {listed(jumping)} jump there and back')
         for name, farthest, turns_on in zip(self._names, self._farthest, self._continuous):
-            for doubt in unit_doubts(np.array([farthest]), 'continuous' if turns_on else ''):
+            for doubt in _doubts(farthest, turns_on):
                 findings.append(f'{name} {doubt.problem}: {doubt.advice}')
         findings += [f'{name} jumps by whole turns: {TURNS_ON}' for name, wrapped in zip(
             self._names, self._wrapped) if wrapped > 1]
@@ -143,3 +144,9 @@ class StreamWatch:
                 self._resting[k] = -1
             elif self._resting[k] >= 0 and abs(now - start) > JUMP:
                 self._resting[k] += 1
+
+
+@lru_cache(maxsize=1000)
+def _doubts(farthest: float, turns_on: bool) -> list[UnitDoubt]:
+    """Return what a farthest position says against its unit: often asked, seldom another."""
+    return unit_doubts(np.array([farthest]), 'continuous' if turns_on else '')
