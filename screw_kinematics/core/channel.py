@@ -80,7 +80,7 @@ class Signal:
         self.fit += 0.05 * ((1.0 if rest < 0.1 * q else 0.0) - self.fit)
         # Positions that went through single precision are no exact multiples.
         single: cython.double = 1.2e-7 * fabs(z)
-        if rest > (1e-3 * q if 1e-3 * q > single else single):
+        if rest > (1e-6 * q if 1e-6 * q > single else single):
             self.quantum = rest
         elif self.fit < 0.3 and self.changes > 60.0:
             self.quantum = 0.0
