@@ -257,7 +257,7 @@ class Bank:
         i: cython.longlong = self.count
         found: Mixture = self.of_position
         if self.delayed:
-            i = self.steps.before(at)
+            i = self.steps.nearest(at)
             if i <= 0:
                 return TOO_EARLY if i == 0 else TOO_LONG_AGO
             self.steps.make_taps(i, self.gains.step, self.steady)
@@ -290,7 +290,7 @@ class Bank:
         ap: cython.double = self.out[2, j]
         sp: cython.double = self.of_position.variance * 4.0 / (unit * unit * unit * unit) + 1e-12
         wanted: cython.double = at + trust.lag
-        i: cython.longlong = self.steps.before(wanted) if self.delayed else self.count
+        i: cython.longlong = self.steps.nearest(wanted) if self.delayed else self.count
         found.look(j, i, wanted, self.time, spread)
         found.mix(j, self.pace.period)
         scale: cython.double = (1.0 + trust.scale) / self.rate

@@ -39,5 +39,5 @@ cdef class Steps:
     cdef void clear(self) noexcept
     cdef bint crowded(self, double since) noexcept
     cdef Py_ssize_t remember(self, double time, double step) noexcept
-    cdef long long before(self, double at) noexcept
+    cdef long long nearest(self, double at) noexcept
     cdef void make_taps(self, long long i, double used, long long steady) noexcept

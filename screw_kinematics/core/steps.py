@@ -138,12 +138,13 @@ class Steps:
             self.spreads[slot, k] = self.now.s[k]
         return slot
 
-    def before(self, at: cython.double) -> cython.longlong:
-        """Return the latest step not after an instant; 0: there is none, -1: forgotten."""
+    def nearest(self, at: cython.double) -> cython.longlong:
+        """Return the step nearest to an instant; 0: that is before all, -1: forgotten."""
         k: cython.longlong = self.latest
-        while k >= self.oldest and self.times[k % self.size, 0] > at + 1e-9:
+        while (k > self.oldest and self.times[k % self.size, 0]
+               + self.times[(k - 1) % self.size, 0] > 2.0 * at):
             k -= 1
-        if k >= self.oldest:
+        if k > self.oldest or self.times[k % self.size, 0] <= at + 1e-9:
             return k
         return 0 if self.oldest == 1 else -1
 

@@ -95,6 +95,17 @@ def test_a_delay_is_honest_and_pays():
     assert errors[2] < 0.9 * errors[1]
 
 
+@pytest.mark.parametrize('delay', [0.02, 0.05])
+def test_instants_a_little_before_a_reading_are_no_period_after_the_one_before(delay):
+    motion, rng = sines(2, 7), np.random.default_rng(2)
+    ticks = np.arange(500) / 100
+    positions = np.round(motion(ticks)[0] / 1e-6) * 1e-6
+    errors = [acceleration_error(motion, *run(MotionEstimator(7, delay=delay), stamps,
+                                              positions)[:2])
+              for stamps in (ticks + 1e-6 * rng.normal(size=len(ticks)), ticks)]
+    assert errors[0] < 2.0 * errors[1]
+
+
 def _lagging(motion, stamps, rng):
     return motion(stamps - 5e-3)[1] + 1e-3 * rng.normal(size=motion(stamps)[1].shape)
 
