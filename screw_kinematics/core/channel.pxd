@@ -13,9 +13,6 @@ cdef class Signal:
     cdef double quantum         # the encoder's step; share of changes that are multiples of it,
     cdef double fit             # and their number
     cdef double changes
-    cdef double multiple        # steps of the latest change, how often it was unlike the one
-    cdef double unlike          # before, and how often near a multiple of a step, but none
-    cdef double uneven
     cdef double parted          # way of the velocity less step of the position; the same since the
     cdef double since           # first of those that wait
     cdef double pending         # deviation of the sample that waits
@@ -33,7 +30,6 @@ cdef class Signal:
     cdef void start(self, double z) noexcept
     cdef void follow_quantum(self, double z) noexcept
     cdef double step_of_encoder(self) noexcept
-    cdef double proven_step(self) noexcept
 
 
 @cython.final

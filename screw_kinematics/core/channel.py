@@ -41,11 +41,6 @@ those before tell of another motion. Jumps so many times larger than a joint mak
 EXACT = cython.declare(cython.double, 0.7)
 """Share of changes that are multiples of a step from which on it is an encoder's."""
 
-SURE = cython.declare(cython.double, 12.0)
-EVEN = cython.declare(cython.double, 1e-9)
-"""Unlike changes after which that is proven: a few may be multiples of any; and how far equal ones
-may be apart [rad]."""
-
 
 class Signal:
     """What is known of one signal's samples."""
@@ -53,7 +48,6 @@ class Signal:
     def __init__(self) -> None:
         self.last = self.quantum = self.fit = self.changes = self.noise = 0.0
         self.limit = self.step = self.s0 = self.s1 = self.s2 = self.s3 = self.least = 0.0
-        self.multiple = self.unlike = self.uneven = 0.0
         self.taken = self.scores = False
         self.start(0.0)
 
@@ -68,16 +62,10 @@ class Signal:
         """Return the encoder's step; 0 if there seems to be none."""
         return self.quantum if self.fit > EXACT else 0.0
 
-    def proven_step(self) -> cython.double:
-        """Return the encoder's step; 0 if changes were few, and alike but not the same."""
-        return self.step_of_encoder() if self.unlike > SURE or self.uneven == 0.0 else 0.0
-
     def follow_quantum(self, z: cython.double) -> None:
         """Follow the step of which all changes are multiples, by Euclid's algorithm."""
         d: cython.double = fabs(z - self.last)
         self.last = z
-        before: cython.double = self.multiple
-        self.multiple = 0.0
         if d < 1e-12:
             return
         q: cython.double = self.quantum
@@ -88,19 +76,14 @@ class Signal:
             if self.fit == 0.0:
                 self.fit = 1.0
             return
-        self.multiple = floor(d / q + 0.5)
-        rest: cython.double = fabs(d - q * self.multiple)
-        # Those of an even motion are alike, which tells of no step.
-        self.unlike += 1.0 if self.multiple != before else 0.0
+        rest: cython.double = fabs(d - q * floor(d / q + 0.5))
         self.fit += 0.05 * ((1.0 if rest < 0.1 * q else 0.0) - self.fit)
         # Positions that went through single precision are no exact multiples.
         single: cython.double = 1.2e-7 * fabs(z)
         if rest > (1e-6 * q if 1e-6 * q > single else single):
             self.quantum = rest
-            rest = 0.0
         elif self.fit < 0.3 and self.changes > 60.0:
             self.quantum = 0.0
-        self.uneven += 1.0 if rest > EVEN else 0.0
 
 
 class Channel:

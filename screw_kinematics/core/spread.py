@@ -139,7 +139,7 @@ class Spread:
         excess: cython.double[:, ::1] = c.excess
         e: cython.double[:, ::1] = self.work
         # Noise is never below that of rounding, however well some samples lie on a line.
-        least: cython.double = c.signal(j).proven_step() * c.signal(j).proven_step() / 12.0
+        least: cython.double = c.signal(j).step_of_encoder() * c.signal(j).step_of_encoder() / 12.0
         for i in range(10):
             e[i, 0] = 0.0
         # The mean at the instant, carried back to the step.
@@ -292,7 +292,7 @@ class Spread:
         j: cython.Py_ssize_t
         clear: cython.double = CLEAR * (1.0 + STUDENT / max(samples, 1))
         for j in range(self.n):
-            little: cython.double = max(c.signal(j).proven_step(), FINEST)
+            little: cython.double = max(c.signal(j).step_of_encoder(), FINEST)
             little /= BRIEFLY * BRIEFLY
             little = max(little * little, self.told[j])
             if out[11, j] > little and clear * out[11, j] > signal(out, j):
