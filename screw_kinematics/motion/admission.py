@@ -42,23 +42,7 @@ class Admission:
     A *refused* sample leaves no trace but its count. A *restart* begins a new run with the sample
     at hand: the estimator forgets what came before.
 
-    Parameters
-    ----------
-    n_joints : int
-        Number of joints.
-    max_gap : float
-        A pause longer than this (s) restarts.
-    max_back : float
-        Stamps that step back by more than this (s) restart; smaller steps are refused.
-    max_velocity, max_jump : float
-        A joint that moves by more than `max_velocity` * dt + `max_jump` (rad or m) is refused;
-        the velocity for all joints, or one for each.
-    patience : int
-        After this many implausible samples in a row the next one restarts.
-    back_patience : int
-        After this many stamps in a row that do not advance the next one restarts.
-    continuous : sequence of bool, length n_joints
-        Joints whose position wraps at 2 pi; it is unwrapped.
+    Limits are in s, rad and m; all are as in `MotionEstimator`.
 
     Raises
     ------
@@ -107,20 +91,10 @@ class Admission:
 
     def admit(self, stamp: float, position: Row) -> float | Reason:
         """
-        Judge one sample.
+        Judge one sample, of a stamp, s, and measured positions, rad or m.
 
-        Parameters
-        ----------
-        stamp : float
-            Time of the sample, s.
-        position : tuple of float, length n_joints
-            Measured positions, rad or m.
-
-        Returns
-        -------
-        The time since the last admitted sample in s, or `START`, or why it is refused. Unless
-        refused, the attribute `position` is the unwrapped position.
-
+        Return the time since the last admitted sample in s, or `START`, or why it is refused.
+        Unless refused, the attribute `position` is the unwrapped position.
         """
         dt = stamp - self.stamp
         # Where the clock of the device is known, messages may come on each other's heels.

@@ -22,21 +22,11 @@ class BankCovariance(NamedTuple):
 
     As the clock errs, each joint errs along its own motion: by the next derivative for the
     instant, by its order for the rate.
-
-    Attributes
-    ----------
-    triangles : sequence of float
-        The upper triangles, n numbers for each of ten rows.
-    values : sequence of float
-        Positions, velocities, ... in a row.
-    error : ClockError
-        Of all joints alike.
-
     """
 
-    triangles: Sequence[float]
-    values: Sequence[float]
-    error: ClockError
+    triangles: Sequence[float]    # the upper ones, n numbers for each of ten rows
+    values: Sequence[float]       # positions, velocities, ... in a row
+    error: ClockError             # of all joints alike
 
     def __call__(self) -> NDArray[np.float64]:
         """Return the covariances, shape (n, 4, 4)."""

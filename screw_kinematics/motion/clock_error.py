@@ -12,35 +12,18 @@ from numpy.typing import NDArray
 
 
 class ClockError(NamedTuple):
-    """
-    Standard deviations of what stamps tell of a device's time.
+    """Standard deviations of what stamps tell of a device's time."""
 
-    Attributes
-    ----------
-    time : float
-        Of an instant, s.
-    rate : float
-        Of how many seconds of the stamps' clock one of the device's takes.
-
-    """
-
-    time: float = 0.0
-    rate: float = 0.0
+    time: float = 0.0    # of an instant, s
+    rate: float = 0.0    # of how many seconds of the stamps' clock one of the device's takes
 
     def deviations(self, order: int, own: Sequence[float],
                    onward: Sequence[float] = ()) -> list[list[float]]:
         """
         Return the deviations that all joints have at once: a row for each of the two.
 
-        Parameters
-        ----------
-        order : int
-            Of which derivative of the positions; 0: of these.
-        own : sequence of float
-            That derivative of each joint.
-        onward : sequence of float
-            The next one; none where it is not known.
-
+        They are of the derivative of that order of the positions, 0: of these, which each joint
+        has as its own; onward goes the next one, none where it is not known.
         """
         found = []
         if self.time and len(onward):
@@ -53,16 +36,8 @@ class ClockError(NamedTuple):
         """
         Return the same of all orders, as arrays: nothing is next to the highest.
 
-        Parameters
-        ----------
-        state : array, shape (m, n)
-            Positions, velocities, ... of the joints.
-
-        Returns
-        -------
-        array, shape (2, m, n)
-            What joints err by as the instant does, and as the rate does.
-
+        Of positions, velocities, ... of the joints, shape (m, n), there is what they err by as the
+        instant does, and as the rate does, shape (2, m, n).
         """
         onward = np.vstack([state[1:], np.zeros_like(state[:1])])
         orders = np.arange(float(len(state)))[:, None]

@@ -36,31 +36,15 @@ NOTHING = 2e-3
 
 
 class Placed:
-    """
-    Where a message is in the device's time.
-
-    Attributes
-    ----------
-    time : float or None
-        When its reading was taken, s; None for a reading that was there before.
-    instant : float
-        The device's time at the message's stamp, s.
-    rate : float
-        Seconds of the stamps' clock in a second of the device's.
-    age : float
-        How long before the message's stamp the latest reading was first sent, s.
-    replay : list of (float, tuple) or None
-        The latest readings and their times, where these have turned out otherwise.
-
-    """
+    """Where a message is in the device's time."""
 
     def __init__(self, time: float | None, instant: float, rate: float, age: float,
                  replay: list[tuple[float, Row]] | None) -> None:
-        self.time = time
-        self.instant = instant
-        self.rate = rate
-        self.age = age
-        self.replay = replay
+        self.time = time          # when its reading was taken, s; None: it was there before
+        self.instant = instant    # the device's time at the message's stamp, s
+        self.rate = rate          # seconds of the stamps' clock in a second of the device's
+        self.age = age            # from when the latest reading was first sent to the stamp, s
+        self.replay = replay      # latest readings and their times, where these are others now
 
 
 class DeviceClock:
@@ -73,12 +57,6 @@ class DeviceClock:
     deviation which is true (a sampler that wobbles and knows it, not late arrival); the message's
     stamp is *mapped* to device time by the line through ticks and stamps. The *period* begins as
     that of the messages; other countings are tried while the joints move.
-
-    Parameters
-    ----------
-    n_joints : int
-        Number of joints.
-
     """
 
     def __init__(self, n_joints: int) -> None:
@@ -136,17 +114,9 @@ class DeviceClock:
 
     def update(self, stamp: float, position: Row, bank: Bank | None) -> Placed:
         """
-        Place a message.
+        Place a message, whose stamp, s, is later than that of the one before.
 
-        Parameters
-        ----------
-        stamp : float
-            Later than that of the message before, s.
-        position : tuple of float
-            Its positions.
-        bank : FilterBank, optional
-            What foresees the positions; None while it has not settled.
-
+        The bank foresees the positions; None while it has not settled.
         """
         same = position == self._position
         self._hear(stamp)

@@ -11,19 +11,11 @@ from .joint_motion import Array
 
 def divided_difference(t: Array) -> Array:
     """
-    Return the coefficients of the divided difference of order n on n + 1 stamps.
+    Return the coefficients of the divided difference of order n on n + 1 stamps, s.
 
-    It vanishes on polynomials of lower degree for any stamps, so that of a smooth motion it
-    leaves the noise.
-
-    Parameters
-    ----------
-    t : array, shape (..., n + 1)
-        Stamps, s.
-
-    Returns
-    -------
-    Coefficients, shape (..., n + 1), divided by their norm: white noise keeps its variance.
+    It vanishes on polynomials of lower degree for any stamps, so that of a smooth motion it leaves
+    the noise. Stamps and coefficients have shape (..., n + 1); the latter are divided by their
+    norm: white noise keeps its variance.
 
     Examples
     --------
@@ -40,19 +32,8 @@ def roughness(t: Array, q: Array, order: int = 4) -> Array:
     """
     Return what divided differences leave of some signals, most of the time.
 
-    Parameters
-    ----------
-    t : array, shape (N,)
-        Increasing times, s.
-    q : array, shape (N, n)
-        Signals.
-    order : int
-        Of the differences.
-
-    Returns
-    -------
-    The square root of the mean of squares, shape (n,), without the largest tenth.
-
+    Of signals, shape (N, n), at increasing times, s, shape (N,): the square root of the mean of
+    squares, shape (n,), without the largest tenth.
     """
     rows = np.arange(order + 1) + np.arange(len(t) - order)[:, None]
     left = np.einsum('ik,ikj->ij', divided_difference(t[rows] - t[rows[:, :1]]), q[rows])

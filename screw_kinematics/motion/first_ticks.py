@@ -37,11 +37,7 @@ class FirstTicks:
     Which ticks were skipped takes words, as any surprise does; how far the stamps are from the
     line through their ticks takes others (minimum description length).
 
-    Parameters
-    ----------
-    stamp : float
-        Of the reading that the run begins with, s.
-
+    The first stamp, s, is of the reading that the run begins with.
     """
 
     def __init__(self, stamp: float) -> None:

@@ -24,36 +24,16 @@ NEXT = 0.35
 
 
 class Foreseen:
-    """
-    What the filters make of a position; nothing, at first.
-
-    Parameters
-    ----------
-    position : tuple of float
-        That.
-    near : int
-        Ticks that have passed by its stamp.
-
-    Attributes
-    ----------
-    ticks : float
-        That the joints have travelled.
-    deviation, surprise : float
-        Of these from the number that passed: as usual; for an acceleration that nobody foresaw.
-    length, usual : float
-        Of the joints' move in a tick, and of what they are usually off, rad.
-    agreed : tuple of float
-        The position without what only one joint tells.
-    told : bool
-        Whether the joints tell the ticks.
-
-    """
+    """What the filters make of a position; nothing, at first."""
 
     def __init__(self, position: Row, near: Ticks) -> None:
+        # Ticks that have passed by its stamp; the position without what only one joint tells.
         self.near, self.agreed = near, position
+        # Ticks that joints travelled; their move in a tick, and what they are usually off, rad.
         self.ticks = self.length = self.usual = 0.0
+        # Of the former from the ticks that passed: as usual; for an acceleration not foreseen.
         self.deviation = self.surprise = 1e3
-        self.told = False
+        self.told = False       # whether the joints tell the ticks
 
     def far(self, age: float) -> bool:
         """Whether this is longer than the filters foresee; by the stamp it is so many seconds."""
@@ -86,11 +66,7 @@ class Foresight:
     """
     Foresee positions, and remember how well.
 
-    Parameters
-    ----------
-    usual : float or None
-        What joints are usually off, rad; None while it is not known.
-
+    ``usual`` is what joints are usually off, rad; None while it is not known.
     """
 
     def __init__(self, usual: float | None = None) -> None:

@@ -28,19 +28,13 @@ class HeldReadings:
     A reading that repeats is a held one for as long as readings have been held before, or, the
     first time, where the joints went on too fast to have stopped.
 
-    Parameters
-    ----------
-    stamp, position
-        Of the reading that the run begins with, s; rad or m.
-    hold : float
-        For how long readings are held, as far as it is known, s.
-    quantum : float
-        The smallest step of a joint that was seen; infinite if there was none.
-
+    The run begins with a reading of a stamp, s, and a position, rad or m.
     """
 
     def __init__(self, stamp: float, position: Row, hold: float = 0.0,
                  quantum: float = inf) -> None:
+        # For how long readings are held, as far as it is known, s; the smallest step of a joint
+        # that was seen, infinite if there was none.
         self.hold, self.quantum = hold, quantum
         self.standing = False
         """Whether the reading repeats although the joints cannot have stopped."""
@@ -58,19 +52,9 @@ class HeldReadings:
         """
         Take a reading that is the same as before; return whether it is but sent again.
 
-        Parameters
-        ----------
-        stamp : float
-            When it is sent, s.
-        age : float
-            Since it was taken for a reading, s.
-        foreseen : float
-            Length of the joints' move in a tick, by the filters.
-        unit : float
-            A tick, s.
-        bank : FilterBank, optional
-            The filters; None while they have not settled.
-
+        It is sent at the stamp, its age after it was taken for a reading; ``unit`` is a tick, all
+        s. The length of the joints' move in a tick is foreseen by the filters of the bank, which
+        is None while they have not settled.
         """
         self._same += 1
         since = stamp - self._came

@@ -52,12 +52,6 @@ class JointEvidence:
     Every some readings they are asked how much of the stamps' deviation from the ticks is true
     (`StampShare`), and, ever more seldom, whether the joints went more smoothly by other ticks
     (`PeriodSearch`).
-
-    Parameters
-    ----------
-    n_joints : int
-        Number of joints.
-
     """
 
     def __init__(self, n_joints: int) -> None:

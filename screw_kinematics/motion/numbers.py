@@ -17,15 +17,7 @@ Row = tuple[float, ...]
 
 
 def positive(name: str, value: Any, unit: str = '') -> float:
-    """
-    Return a setting that must be a number above 0.
-
-    Raises
-    ------
-    InvalidValueError
-        It is another one, or none.
-
-    """
+    """Return a setting that must be a number above 0; raise InvalidValueError if it is none."""
     if not _is_number(value) or not value > 0:
         raise InvalidValueError(f'{name} is {value!r}{unit}; allowed: more than 0')
     return float(value)
@@ -34,11 +26,6 @@ def positive(name: str, value: Any, unit: str = '') -> float:
 def whole(name: str, value: Any, least: int = 1) -> int:
     """
     Return a setting that must be a whole number, of at least some size.
-
-    Raises
-    ------
-    InvalidValueError
-        It is another one, or none.
 
     Examples
     --------
@@ -54,15 +41,7 @@ def whole(name: str, value: Any, least: int = 1) -> int:
 
 
 def delay_of(value: Any) -> float:
-    """
-    Return a delay [s].
-
-    Raises
-    ------
-    InvalidValueError
-        It is none.
-
-    """
+    """Return a delay, 0 to 1 s; raise InvalidValueError if it is none."""
     if not _is_number(value) or not 0.0 <= value <= 1.0:
         raise InvalidValueError(f'delay is {value!r} s; allowed: 0 to 1 s')
     return float(value)
@@ -72,11 +51,7 @@ def for_joints(name: str, values: Any, n_joints: int, otherwise: str = '') -> li
     """
     Return what is given for each joint; ``otherwise`` is what may be given instead.
 
-    Raises
-    ------
-    InvalidValueError
-        It is no sequence, or of another length.
-
+    Raise InvalidValueError if it is no sequence, or of another length.
     """
     if isinstance(values, str) or not isinstance(values, (Sequence, np.ndarray)):
         raise InvalidValueError(f'{name} is {values!r}; allowed: '

@@ -30,11 +30,7 @@ class StampShare:
         """
         Take in a block of readings; return the share, None while it is not well known.
 
-        Parameters
-        ----------
-        cross, of_stamps, of_all : float
-            As `Readings.regress` has them.
-
+        The sums are as `Readings.regress` has them.
         """
         if not (-inf < cross < inf and -inf < of_stamps < inf and -inf < of_all < inf):
             return None

@@ -51,23 +51,14 @@ class TickCounter:
     ticks, unless an acceleration came that nobody foresaw, or they are wrong. How often each
     number has occurred is the third to be heard. The stamps' own clock is a robust line through
     the pairs of tick and stamp of the last seconds; it never moves a measurement.
-
-    Parameters
-    ----------
-    phase : float
-        Stamp of the present tick, s.
-    period : float
-        Of the device, by the stamps' clock, s.
-    count : int
-        Stamps from which both are known.
-    deviation : float
-        Mean deviation of stamps from their ticks, s.
-
     """
 
     def __init__(self, phase: float, period: float, count: int, deviation: float) -> None:
+        # Stamp of the present tick, and period of the device by the stamps' clock, s; how many
+        # stamps both are known from.
         self.phase, self.period, self.count = phase, period, count
         self.tick = 0.0
+        # Mean deviation of stamps from their ticks, s; of those behind, and of those early.
         self.deviation = self.behind = self.early = deviation
         self.lean = 0.0
         """Mean sign of the deviation, of late."""
@@ -104,19 +95,10 @@ class TickCounter:
         """
         Return the most likely number of ticks since the last reading; 0: it is the same one.
 
-        Parameters
-        ----------
-        stamp : float
-            Of the new reading, s.
-        x : float
-            Ticks that the joints have travelled.
-        foreseen, unforeseen : float
-            Deviation of x from the number of ticks: as usual; for an acceleration that nobody
-            foresaw.
-        repeats : float
-            Where it can be the same reading, log odds against encoders that repeat themselves
-            from one tick to the next; else infinite.
-
+        The stamp, s, is of the new reading; ``x`` are ticks that the joints have travelled. Its
+        deviation from the number of ticks is ``foreseen``, as usual, and ``unforeseen``, for an
+        acceleration that nobody foresaw. Where it can be the same reading, ``repeats`` are log
+        odds against encoders that repeat themselves from one tick to the next; else infinite.
         """
         period, lateness = self.period, stamp - self.phase
         behind, early = max(self.behind, 0.02 * period), max(self.early, 0.01 * period)
@@ -264,13 +246,8 @@ class TickCounter:
         """
         Return a counter of the ticks that the latest readings are found to be of.
 
-        Parameters
-        ----------
-        numbers, stamps : list of float
-            Of the latest readings: their ticks from 0, and their stamps, s.
-        at_zero, period, deviation : float
-            Of the line through them: the stamp at tick 0, its slope, its mean deviation, s.
-
+        Numbers are their ticks from 0; stamps are in s, as what is of the line through both: the
+        stamp at tick 0, its slope, the period, and its mean deviation.
         """
         count, last = len(numbers), numbers[-1]
         known = (abs(period - self.period) < 10.0 * deviation / max(last, 1.0) / sqrt(count)

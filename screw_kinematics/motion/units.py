@@ -31,12 +31,8 @@ def unit_doubts(position: Array, kind: str = '') -> list[UnitDoubt]:
     """
     Return what the size and the jumps of positions say against their unit and the joint's kind.
 
-    Parameters
-    ----------
-    position : array, shape (N,)
-        Of one joint [rad, m]; what is not finite is passed over.
-    kind : str
-        Of the joint, as in :class:`~screw_kinematics.Joint`; empty: not known.
+    Positions, shape (N,), are of one joint [rad, m]; what is not finite is passed over. Its kind
+    is as in :class:`~screw_kinematics.Joint`; empty: not known.
 
     Examples
     --------

@@ -81,17 +81,8 @@ def process_noise(order: int, dt: float) -> Array:
     """
     Return the covariance that unit white noise in derivative `order` adds over `dt` seconds.
 
-    Parameters
-    ----------
-    order : int
-        3 (the jerk is white noise, its state unused and zero) or 4 (the snap is white noise).
-    dt : float
-        Time step, s.
-
-    Returns
-    -------
-    Shape (4, 4), of scaled states, per unit of the noise's spectral density.
-
+    Of order 3 the jerk is white noise, its state unused and zero; of order 4 the snap is. Shape
+    (4, 4), of scaled states, per unit of the noise's spectral density.
     """
     coefficient, exponent = NOISE_TERMS[order]
     return coefficient * dt**exponent

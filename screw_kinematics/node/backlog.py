@@ -33,14 +33,7 @@ class Queue(Protocol):
 
 
 class Backlog:
-    """
-    The queues of a node.
-
-    Attributes
-    ----------
-    queues : list of Queue
-
-    """
+    """The queues of a node."""
 
     def __init__(self) -> None:
         self.queues: list[Queue] = []

@@ -36,13 +36,8 @@ class Diagnostics:
     """
     What was reported before, so that rates and news can be told.
 
-    Parameters
-    ----------
-    node : rclpy.node.Node
-        Whose name and namespace are in the reports, and which logs.
-    times_deaf : int
-        How often another node has taken the place of one that the middleware had left deaf.
-
+    ``times_deaf`` is how often another node has taken the place of one that the middleware had
+    left deaf.
     """
 
     def __init__(self, node: Node, times_deaf: int = 0) -> None:
@@ -72,23 +67,10 @@ class Diagnostics:
     def report(self, now: Time, state: str, inputs: Inputs, robots: Collection[Robot],
                faults: Sequence[str], failure: ScrewKinematicsError | None) -> DiagnosticArray:
         """
-        Return the message for /diagnostics.
+        Return the message for /diagnostics, at a time by the node's clock.
 
-        Parameters
-        ----------
-        now : Time
-            By the node's clock.
-        state : str
-            Of its life cycle.
-        inputs : mapping from str to TopicInput
-            By topic.
-        robots : collection of Robot
-            In the order of their parameter.
-        faults : sequence of str
-            What is wrong with the node's own configuration, though it runs.
-        failure : ScrewKinematicsError, optional
-            Why the latest transition failed.
-
+        The state is that of its life cycle; faults are what is wrong with the node's own
+        configuration, though it runs; the failure is why the latest transition failed.
         """
         array = DiagnosticArray()
         array.header.stamp = now.to_msg()
@@ -129,11 +111,7 @@ class Diagnostics:
         """
         Note, and log, that the node had no time for long.
 
-        Parameters
-        ----------
-        period : float
-            After which this is called again, if there is time [s].
-
+        This is called again after a period [s], if there is time.
         """
         late, self._kept = time.monotonic() - self._kept - period, time.monotonic()
         if late > STOOD:

@@ -14,24 +14,11 @@ from ..models.uri import local_path
 
 
 class Generation(NamedTuple):
-    """
-    Where one generation of Fast DDS looks for its settings, and ours for it.
+    """Where one generation of Fast DDS looks for its settings, and ours for it."""
 
-    Attributes
-    ----------
-    variables : tuple of str
-        Environment variables that name a file, the first of them the one to use; other
-        middlewares do not know them.
-    in_working_directory : str
-        The file that it reads without being asked.
-    profile : str
-        Our file, in ``config/``.
-
-    """
-
-    variables: tuple[str, ...]
-    in_working_directory: str
-    profile: str
+    variables: tuple[str, ...]    # name a file, the first is to be used; of no other middleware
+    in_working_directory: str     # the file that it reads without being asked
+    profile: str                  # our file, in config/
 
 
 FAST_DDS_2 = Generation(
@@ -45,17 +32,9 @@ FAST_DDS_3 = Generation(
 def settle(environment: MutableMapping[str, str] = os.environ,
            generation: Generation | None = None) -> None:
     """
-    Give Fast DDS our settings, unless the user has given it some.
+    Give Fast DDS our settings, unless the user has given it some; before the middleware starts.
 
-    To be called before the middleware starts.
-
-    Parameters
-    ----------
-    environment : mapping from str to str
-        The variables of the process.
-    generation : Generation, optional
-        By default the one that comes with ROS as it is installed here.
-
+    The generation is by default the one that comes with ROS as it is installed here.
     """
     own = generation or installed()
     if any(name in environment for name in own.variables) \

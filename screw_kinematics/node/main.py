@@ -39,11 +39,7 @@ def main(args: Sequence[str] | None = None) -> int:
     """
     Run the node until it is asked to stop; return the exit code.
 
-    Parameters
-    ----------
-    args : sequence of str, optional
-        Program name and arguments; by default those of the process.
-
+    The arguments, the program's name first, are by default those of the process.
     """
     with StopRequest() as stop:
         try:
@@ -58,11 +54,7 @@ def run(args: list[str], stop: StopRequest) -> None:
     """
     Run the node until a stop is requested; anew where the middleware has left it deaf.
 
-    Raises
-    ------
-    ScrewKinematicsError
-        It cannot start as asked.
-
+    Raise ScrewKinematicsError if it cannot start as asked.
     """
     check_arguments(without_ros_arguments(args[1:]))
     sys.setswitchinterval(SWITCH_INTERVAL)
@@ -107,11 +99,7 @@ def live(before: Before | None, stop: StopRequest) -> Before:
     """
     Run one node, as far as one before it had come; return how far it has.
 
-    Raises
-    ------
-    ScrewKinematicsError
-        It cannot start as asked.
-
+    Raise ScrewKinematicsError if it cannot start as asked.
     """
     from rclpy.exceptions import ParameterException
     from .executor import make_executor, spin

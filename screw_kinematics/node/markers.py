@@ -51,23 +51,7 @@ CLEAR = 0.35
 
 
 class MarkerPublisher:
-    """
-    Publishes the markers of one robot, at a bounded rate.
-
-    Parameters
-    ----------
-    publish : callable
-        Takes a MarkerArray.
-    slices : mapping from str to slice
-        Where the program's outputs are among the values of a state.
-    settings : RobotSettings
-        Axes and reference point of the program, rate and lifetime of the markers.
-    frame_id : str
-        Name of the base frame in messages.
-    joints : JointColumns
-        Where the tip's joints are among the measured ones.
-
-    """
+    """Publishes the markers of one robot, in its base frame, at a bounded rate."""
 
     order = KINDS['markers'].order
 
@@ -136,18 +120,10 @@ class MarkerPublisher:
 
 def markers_of_state(state: BodyState) -> list[Marker]:
     """
-    Return arrows at the tip and the screw axis; what does not apply is deleted.
+    Return arrows at the tip and the screw axis, in base axes; what does not apply is deleted.
 
-    Parameters
-    ----------
-    state : BodyState
-        With velocity and acceleration, about the tip, in base axes.
-
-    Returns
-    -------
-    list of Marker
-        In base axes; namespaces are the names of the quantities.
-
+    Velocity and acceleration are about the tip, in base axes; namespaces are the names of the
+    quantities.
     """
     tip = state.pose[:3, 3]
     return [*(_arrow(name, tip, vector) for name, vector in _vectors(state).items()),
@@ -157,17 +133,10 @@ def markers_of_state(state: BodyState) -> list[Marker]:
 def markers_of_uncertainty(state: BodyState, ellipsoids: Iterable[Ellipsoid | None],
                            deviations: float) -> list[Marker]:
     """
-    Return ellipsoids at the heads of the arrows, to their scale.
+    Return ellipsoids at the heads of the arrows, to their scale; what is not known is deleted.
 
-    Parameters
-    ----------
-    state : BodyState
-        Whose arrows they are, about the tip, in base axes.
-    ellipsoids : four of Ellipsoid or None
-        In the order of `ARROWS`; what is not known is deleted.
-    deviations : float
-        So many standard deviations are their radii.
-
+    The arrows are those of the state, about the tip, in base axes; four ellipsoids are in the
+    order of `ARROWS`, and their radii are so many standard deviations.
     """
     return [_ellipsoid(name, state.pose[:3, 3] + vector, ellipsoid, deviations * ARROWS[name])
             for (name, vector), ellipsoid in zip(_vectors(state).items(), ellipsoids)]

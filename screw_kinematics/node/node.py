@@ -72,18 +72,10 @@ class KinematicStatePublisher(LifecycleNode):
     """
     Publishes twist, acceleration and more of end effectors, from joint states.
 
-    A managed node: it reads its parameters and models when it is configured, and listens
-    to joint states while it is active.
-
-    Parameters
-    ----------
-    before : Before, optional
-        What it goes on from.
-    begin_again : callable, optional
-        Called when the middleware has left the node deaf; another one, with another context, is
-        then to take its place.
-    **options
-        As for ``rclpy.node.Node``.
+    A managed node: it reads its parameters and models when it is configured, and listens to joint
+    states while it is active. It goes on from the node before it, if there was one;
+    ``begin_again`` is called when the middleware has left it deaf: another one, with another
+    context, is then to take its place. Options are as for ``rclpy.node.Node``.
 
     Raises
     ------

@@ -23,15 +23,7 @@ LOCK = re.compile(r'(/.*/fast(?:rtps|dds)_port\d+)_el$')
 
 
 class OwnPorts:
-    """
-    Looks after the ports of this process; where there are none, as without /proc, for nothing.
-
-    Parameters
-    ----------
-    process : Path
-        What the system tells of the process.
-
-    """
+    """Looks after the ports that /proc tells of the process; where there are none, for nothing."""
 
     def __init__(self, process: Path = Path('/proc/self')) -> None:
         self._process = process

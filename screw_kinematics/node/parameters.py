@@ -35,16 +35,10 @@ _FIXED = {
 
 class NodeParameters:
     """
-    The parameters of one node.
+    The parameters of one node, declared on it.
 
-    Parameters
-    ----------
-    node : rclpy.node.Node
-        Parameters are declared on it.
-    given : frozenset of str, optional
-        Names of those that the user gave; by default all that the node was given, which are
-        otherwise those of a node before it.
-
+    ``given`` are the names of those that the user gave; by default all that the node was given,
+    which are otherwise those of a node before it.
     """
 
     def __init__(self, node: Node, given: frozenset[str] | None = None) -> None:
@@ -58,11 +52,7 @@ class NodeParameters:
         """
         Return the settings of the node, as they would be with some changes.
 
-        Raises
-        ------
-        ParameterError
-            A value is not allowed.
-
+        Raise ParameterError if a value is not allowed.
         """
         return NodeSettings.read(self._values('', NODE, changes or {}))
 
@@ -71,11 +61,7 @@ class NodeParameters:
         """
         Return the settings of one robot, as they would be with some changes.
 
-        Raises
-        ------
-        ParameterError
-            A value is not allowed, alone or with the others.
-
+        Raise ParameterError if a value is not allowed, alone or with the others.
         """
         changes = changes or {}
         values = self._values(f'{robot}.', ROBOT, changes)
@@ -130,11 +116,7 @@ class NodeParameters:
         """
         Return a sentence for each given parameter that does not exist.
 
-        Parameters
-        ----------
-        awaited : iterable of str
-            Topics whose standard parameters do not exist yet.
-
+        The standard parameters of awaited topics do not exist yet.
         """
         later = tuple(f'{QOS}{topic}.' for topic in awaited)
         topics = [f'{QOS}{name}' for name in self._node.get_parameters_by_prefix(QOS[:-1])]

@@ -24,17 +24,9 @@ from ..pipeline.wrench_sensor import WrenchSensor
 
 
 class OutputPublisher(Protocol):
-    """
-    What publishes states on one topic.
+    """What publishes states on one topic."""
 
-    Attributes
-    ----------
-    order : int
-        Highest derivative of the joint positions that it needs.
-
-    """
-
-    order: int
+    order: int    # highest derivative of the joint positions that it needs
 
     def publish(self, state: State) -> None:
         """Publish a state."""
@@ -86,22 +78,7 @@ class Topic(NamedTuple):
 
 
 class Publishers:
-    """
-    The topics of one robot.
-
-    Parameters
-    ----------
-    node : rclpy.node.Node
-        Publishers are created on it.
-
-    Attributes
-    ----------
-    wanted : tuple of Topic
-        Those that somebody listened to when last asked.
-    sensors : dict from int to WrenchSensor
-        Force sensors, by the number of the tip that has one.
-
-    """
+    """The topics of one robot; their publishers are created on the node."""
 
     def __init__(self, node: Node) -> None:
         self._node = node
@@ -111,8 +88,8 @@ class Publishers:
         self._names: dict[Topic, str] = {}
         self._kinds: dict[Topic, OutputKind] = {}
         self._tips = 1
-        self.sensors: dict[int, WrenchSensor] = {}
-        self.wanted: tuple[Topic, ...] = ()
+        self.sensors: dict[int, WrenchSensor] = {}    # by the number of the tip that has one
+        self.wanted: tuple[Topic, ...] = ()     # that somebody listened to when last asked
 
     def join(self, node: Node, settings: RobotSettings) -> None:
         """Have these topics on another node, in place of one that was destroyed."""
@@ -185,17 +162,7 @@ class Publishers:
         """
         Publish all that is wanted from now on.
 
-        Parameters
-        ----------
-        program : RobotProgram
-            What is computed.
-        model : SerialChain, ParallelManipulator or TipsModel
-            Names the frames.
-        settings : RobotSettings
-            Axes and reference point of the program, and prefix of frame names.
-        world : str
-            Name of the frame that a moving base moves in; empty as long as it is not known.
-
+        The world is the frame that a moving base moves in; empty as long as it is not known.
         """
         self._active, self._without_base = {}, {}
         chains, columns = tips_of(model)

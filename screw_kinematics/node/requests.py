@@ -27,13 +27,7 @@ def answer_always(node: Node, possible: Callable[[], Sequence[tuple[int, str]]])
     """
     Answer every request of the services that the node has, and log why one is refused.
 
-    Parameters
-    ----------
-    node : rclpy.node.Node
-        Whose services they are.
-    possible : callable
-        Returns number and label of the transitions that the present state has.
-
+    ``possible`` returns number and label of the transitions that the present state has.
     """
     for service in node.services:
         if service.srv_type in (SetParameters, SetParametersAtomically):

@@ -26,23 +26,10 @@ from ..pipeline.settings import RobotSettings
 
 class Robot:
     """
-    A robot of the node.
+    A robot of the node, on which its publishers are created.
 
     Only what somebody listens to is computed: the program for that set of outputs is
     compiled beside the messages when the set changes, and used from then on.
-
-    Parameters
-    ----------
-    node : rclpy.node.Node
-        Publishers are created on it.
-    settings : RobotSettings
-    worker : Worker
-
-    Attributes
-    ----------
-    stamp_ns : int
-        The instant of the latest state [ns]; 0 before the first.
-
     """
 
     def __init__(self, node: Node, settings: RobotSettings, worker: Worker) -> None:
@@ -55,7 +42,7 @@ class Robot:
         self.pipeline: RobotPipeline | None = None
         self.publishers = Publishers(node)
         self.publishers.advertise(settings)
-        self.stamp_ns = 0
+        self.stamp_ns = 0       # of the latest state [ns]; 0 before the first
         self._states: list[State] = []
         self._description: str | None = None
         self._programs: dict[Needs, RobotProgram] = {}
@@ -204,11 +191,7 @@ class Robot:
         """
         See who listens, and which joints come no more.
 
-        Parameters
-        ----------
-        now : float
-            Time by the node's clock, which may stand still [s].
-
+        The node's clock [s] may stand still.
         """
         if self.publishers.update_demand():
             self._compile()

@@ -57,18 +57,7 @@ class _WrenchCounts(NamedTuple):
 
 
 class RobotStatus:
-    """
-    How a robot is doing now.
-
-    Parameters
-    ----------
-    robot : Robot
-    now_ns : int
-        By the node's clock [ns].
-    since : RobotCounts, optional
-        At the last report; None: this is the first.
-
-    """
+    """How a robot is doing now, by the node's clock, and since the report before, if any."""
 
     def __init__(self, robot: Robot, now_ns: int, since: RobotCounts | None) -> None:
         self._robot = robot
@@ -128,13 +117,8 @@ class RobotStatus:
         """
         Return level and message: what is worst.
 
-        Parameters
-        ----------
-        state : str
-            Of the node's life cycle.
-        publishers : int
-            Of a topic of its joint states, at most.
-
+        The state is that of the node's life cycle; publishers are so many as a topic of the
+        robot's joint states has, at most.
         """
         robot, counts, since = self._robot, self.counts, self._since
         pipeline, outputs = robot.pipeline, self._new_outputs

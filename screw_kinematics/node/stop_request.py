@@ -16,15 +16,6 @@ class StopRequest:
     ROS's own handlers are not to be installed beside it: they shut the middleware down below
     running callbacks, which then raise now and then.
 
-    Attributes
-    ----------
-    made : bool
-        Whether it was made.
-    again : bool
-        Whether what runs is to end and begin again, by :meth:`begin_again`.
-    interrupt : callable or None
-        Called when it is made, to end what takes long; it must be safe in a signal handler.
-
     Examples
     --------
     >>> import os, signal
@@ -36,7 +27,9 @@ class StopRequest:
     """
 
     def __init__(self) -> None:
+        # Whether it was made; whether what runs is then to begin again.
         self.made = self.again = False
+        # Called when it is made, to end what takes long; it must be safe in a signal handler.
         self.interrupt: Callable[[], object] | None = None
         self._previous: dict[int, Callable[[int, FrameType | None], object] | int | None] = {}
 

@@ -31,30 +31,9 @@ Sample = TypeVar('Sample', JointSample, WrenchSample, BaseSample)
 
 class TopicInput(ABC, Generic[Sample]):
     """
-    A topic that is listened to while its input is open.
+    A topic, by its full name, that is listened to for some robots while its input is open.
 
     Messages with stamp zero are taken to be of the moment they arrive, and counted.
-
-    Parameters
-    ----------
-    node : rclpy.node.Node
-    topic : str
-        Its full name.
-    robots : sequence of Robot
-        Those that it concerns.
-
-    Attributes
-    ----------
-    received : int
-    refused : Counter of Reason
-        Messages that nobody got, by reason; all others were handed on.
-    unstamped : int
-        Messages with stamp zero.
-    last_error : str
-        What was wrong with the latest message that was refused.
-    problem : str
-        Why the topic cannot be listened to.
-
     """
 
     content: str
@@ -63,10 +42,11 @@ class TopicInput(ABC, Generic[Sample]):
         self.topic = topic
         self.robots = tuple(dict.fromkeys(robots))
         self.received = 0
-        self.unstamped = 0
+        self.unstamped = 0      # messages with stamp zero
+        # Messages that nobody got; all others were handed on.
         self.refused: Counter[Reason] = Counter()
-        self.last_error = ''
-        self.problem = ''
+        self.last_error = ''    # what was wrong with the latest message that was refused
+        self.problem = ''       # why the topic cannot be listened to
         self.join(node)
 
     def join(self, node: Node) -> None:
@@ -277,23 +257,10 @@ class BaseInput(TopicInput[BaseSample]):
 def by_topic(node: Node, robots: Iterable[Robot], parameter: str,
              topics: Callable[[Robot], Iterable[str]]) -> dict[str, list[Robot]]:
     """
-    Return the robots that listen to each topic.
+    Return the robots that listen to each topic, by its full name.
 
-    Parameters
-    ----------
-    node : rclpy.node.Node
-        Whose namespace and remappings apply.
-    robots : iterable of Robot
-        The robots to ask.
-    parameter : str
-        Name of the parameter that holds the topics, without the robot's.
-    topics : callable
-        From a robot to its topics; an empty one is none.
-
-    Returns
-    -------
-    dict from str to list of Robot
-        By the full name of the topic.
+    The node's namespace and remappings apply. The parameter that holds the topics is named without
+    the robot; an empty topic is none.
 
     Raises
     ------

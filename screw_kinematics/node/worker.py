@@ -74,17 +74,9 @@ class Worker:
     def submit(self, key: Hashable, work: Callable[[], Any], done: Callable[[Any], None],
                failed: Callable[[ScrewKinematicsError], None]) -> None:
         """
-        Begin some work.
+        Begin some work in another thread, in the place of earlier work for the same key.
 
-        Parameters
-        ----------
-        key : hashable
-            What it is for: it takes the place of earlier work for the same.
-        work : callable
-            Runs in another thread.
-        done, failed : callable
-            One of them runs in :meth:`collect`, with the result or with the error.
-
+        ``done`` or ``failed`` runs in :meth:`collect`, with the result or with the error.
         """
         job = Job(key, work, done, failed)
         with self._changed:
