@@ -70,18 +70,10 @@ if os.environ.get(INTERPRETED):
 
 
 class Build(NamedTuple):
-    """
-    How the modules of this room run; as text, one line for a log.
+    """How the modules of this room run; as text, one line for a log."""
 
-    Attributes
-    ----------
-    interpreted, outdated : tuple of str
-        Modules that run as texts, and those compiled from an older text than lies beside them.
-
-    """
-
-    interpreted: tuple[str, ...]
-    outdated: tuple[str, ...]
+    interpreted: tuple[str, ...]    # modules that run as texts
+    outdated: tuple[str, ...]       # those compiled from an older text than lies beside them
 
     @property
     def state(self) -> str:

@@ -61,19 +61,10 @@ class Bank:
     """
     A bank for n joints; see the module.
 
-    Parameters
-    ----------
-    n:
-        Number of joints.
-    bandwidths:
-        (order of the model, bandwidth in Hz) of each filter.
-    wide:
-        Handicap of wide filters: what the logarithm of the innovation's variance counts more.
-    delay:
-        How long before the latest sample instants are read [s].
-    noise:
-        Variance of the positions' noise, for their covariance; 0: it is estimated.
-
+    ``bandwidths`` are, of each filter, the order of its model and its bandwidth [Hz]. ``wide`` is
+    the handicap of wide filters: what the logarithm of the innovation's variance counts more.
+    ``delay`` is how long before the latest sample instants are read [s]. ``noise`` is the variance
+    of the positions' noise, for their covariance; 0: it is estimated.
     """
 
     def __init__(self, n: int, bandwidths: Sequence, wide: float, delay: float,
@@ -128,15 +119,8 @@ class Bank:
         """
         Take a sample, later than the one before.
 
-        Parameters
-        ----------
-        time:
-            When it was taken [s].
-        position, velocity, measured:
-            The velocity is read if it was measured.
-        rate:
-            Seconds of the clock that velocities are of in a second of `time`.
-
+        It was taken at a time [s]. The velocity is read if it was measured; ``rate`` is how many
+        seconds of the clock that velocities are of are in a second of `time`.
         """
         j: cython.Py_ssize_t
         fill(self.at, position)
@@ -233,24 +217,12 @@ class Bank:
     def read(self, at: cython.double, fresh: cython.bint, rate: cython.double,
              spread: cython.bint) -> cython.int:
         """
-        Find the motion at an instant.
+        Find the motion at an instant [s].
 
-        Parameters
-        ----------
-        at:
-            The instant [s].
-        fresh:
-            Whether a sample was taken since the last time.
-        rate:
-            As for `measure`; derivatives are by that clock.
-        spread:
-            Whether the covariance is wanted.
-
-        Returns
-        -------
+        ``fresh`` is whether a sample was taken since the last time, ``spread`` whether the
+        covariance is wanted; ``rate`` is as for `measure`: derivatives are by that clock. Return
         READ, and `values` and `variances` are those; TOO_EARLY: before the run began;
         TOO_LONG_AGO: more steps ago than are remembered.
-
         """
         j: cython.Py_ssize_t
         k: cython.Py_ssize_t

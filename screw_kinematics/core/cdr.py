@@ -62,18 +62,10 @@ class JointStateLayout:
     """
     Where things are in all joint states that differ from an example in stamp and numbers only.
 
-    Parameters
-    ----------
-    example : bytes
-        One of them.
-    mask : bytes
-        As long as the example: 0 where bytes have no defined value.
-    end : int
-        End of the part from the end of the stamp on that stays the same.
-    position_at, positions, velocity_at, velocities : int
-        Where the numbers are, and how many.
-    velocity_count_at, effort_count_at : int
-        Where the counts after positions and velocities are.
+    The mask, as long as the example, is 0 where bytes have no defined value. The part from the end
+    of the stamp to ``end`` stays the same. Positions and velocities are so many, and begin at
+    their places; ``velocity_count_at`` and ``effort_count_at`` are the places of the counts after
+    them.
 
     Raises
     ------
@@ -140,14 +132,8 @@ class StampedMessage:
     """
     A message of a stamp, things that stay the same, and numbers.
 
-    Parameters
-    ----------
-    example : bytes
-        One of them, whose stamp, bytes 4 to 12, and numbers are replaced.
-    places : list of int
-        Where each number is.
-    order : list of int
-        Which of the values it is.
+    Of the example the stamp, bytes 4 to 12, and the numbers are replaced. Places say where each
+    number is, the order which of the values it is.
 
     Raises
     ------
@@ -170,11 +156,7 @@ class StampedMessage:
         """
         Return the message; None of a stamp that does not fit.
 
-        Raises
-        ------
-        ValueError
-            There are fewer values than the message has numbers.
-
+        Raise ValueError if there are fewer values than the message has numbers.
         """
         i: cython.Py_ssize_t
         if not -_LARGEST * _SECOND <= stamp_ns < _LARGEST * _SECOND:

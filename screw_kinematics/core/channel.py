@@ -88,19 +88,10 @@ class Signal:
 
 class Channel:
     """
-    What a bank keeps of positions, or of velocities.
+    What a bank keeps of n positions, or of n velocities.
 
-    Parameters
-    ----------
-    n:
-        Number of signals.
-    gains:
-        Of the filters.
-    price:
-        What becomes each filter's handicap, a factor of its mean squares.
-    delayed:
-        Whether the latest steps are remembered.
-
+    ``price`` becomes each filter's handicap, a factor of its mean squares; ``delayed`` is whether
+    the latest steps are remembered.
     """
 
     def __init__(self, n: int, gains: Gains, price: cython.double[::1], delayed: bool) -> None:

@@ -17,15 +17,7 @@ if not cython.compiled:
 
 
 class ThroughJacobian:
-    """
-    For Jacobians of one shape.
-
-    Parameters
-    ----------
-    rows, n:
-        Their rows, and their columns: joints.
-
-    """
+    """For Jacobians of one shape: so many rows, and n columns, of joints."""
 
     def __init__(self, rows: int, n: int) -> None:
         self.rows, self.n = rows, n
@@ -39,13 +31,8 @@ class ThroughJacobian:
         """
         Return ``J (diag(variances - t^2)) J^T + m m^T``, for each t of `together`, row by row.
 
-        m is J t; of the first t it is `made` if that is given.
-
-        Raises
-        ------
-        ValueError
-            There are fewer or more numbers than in that shape.
-
+        m is J t; of the first t it is `made` if that is given. Raise ValueError if there are fewer
+        or more numbers than in that shape.
         """
         i: cython.Py_ssize_t
         for i in range(self.rows * self.rows):

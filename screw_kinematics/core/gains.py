@@ -34,11 +34,7 @@ class Gains:
     """
     The filters' gains, one sample after the other.
 
-    Parameters
-    ----------
-    bandwidths:
-        (order of the model, bandwidth in Hz) of each filter.
-
+    ``bandwidths`` are, of each filter, the order of its model and its bandwidth [Hz].
     """
 
     def __init__(self, bandwidths: Sequence) -> None:

@@ -216,21 +216,10 @@ class Interpreter:
     """
     One program and its memory.
 
-    Parameters
-    ----------
-    code : array of 'Q'
-        Runs of operations; see the module.
-    n_rows, n_inputs : int
-    constants : array of 'd'
-        Of the rows after the inputs.
-    outputs : array of 'Q'
-        Row of each output.
-    width : int
-        Numbers of each part of the inputs; see :meth:`sample`.
-    slices : list of (str, slice)
-        Names of parts of the outputs.
-    new_array : callable
-        Returns a contiguous array of so many floats.
+    ``code``, of 'Q', has runs of operations; see the module. ``constants``, of 'd', are those of
+    the rows after the inputs; ``outputs``, of 'Q', the row of each. ``width`` is how many numbers
+    each part of the inputs has; see :meth:`sample`. ``slices`` have names of parts of the outputs;
+    ``new_array`` returns a contiguous array of so many floats.
 
     Raises
     ------
@@ -307,11 +296,8 @@ class Interpreter:
         """
         Return the outputs of a sample by names; None if something does not fit.
 
-        Parameters
-        ----------
-        parts : tuple of contiguous arrays of float, shape (width,)
-            The inputs; more parts than there are inputs are passed over.
-
+        The inputs come in parts, contiguous arrays of float, shape (width,); more than there are
+        inputs are passed over.
         """
         i: cython.Py_ssize_t
         width: cython.Py_ssize_t = self.width

@@ -57,14 +57,9 @@ class IntervalSmoother:
     """
     Smooth signals that were sampled at the same times.
 
-    Parameters
-    ----------
-    bandwidths:
-        Of the filters, all of order 4 [Hz].
-    wide, steep:
-        Handicap of wide filters: what the logarithm of the innovation's variance counts beside,
-        and where noise is coloured its square, that by how dense samples are.
-
+    ``bandwidths`` are of the filters, all of order 4 [Hz]. Wide filters have a handicap: what the
+    logarithm of the innovation's variance counts beside (``wide``), and where noise is coloured
+    its square (``steep``), that by how dense samples are.
     """
 
     def __init__(self, bandwidths: Sequence, wide: float, steep: float) -> None:
@@ -244,19 +239,12 @@ class IntervalSmoother:
                state: cython.double[:, ::1], variance: cython.double[:, ::1],
                rest: cython.double[:, ::1]) -> None:
         """
-        Smooth a signal.
+        Smooth a signal; ``values`` are its samples, shape (N,), finite.
 
-        Parameters
-        ----------
-        values: shape (N,)
-            The samples, finite.
-        floor:
-            The least variance of their noise.
-        state, variance: shape (4, N)
-            Get the smoothed signal and its derivatives, and their variances; per s ...
-        rest: shape (2, N)
-            Gets what each sample differs from all the others say, and the deviation of that.
-
+        ``floor`` is the least variance of their noise. ``state`` and ``variance``, shape (4, N),
+        get the smoothed signal and its derivatives, per s ..., and their variances; ``rest``,
+        shape (2, N), gets what each sample differs from all the others say, and the deviation of
+        that.
         """
         i: cython.Py_ssize_t
         k: cython.Py_ssize_t

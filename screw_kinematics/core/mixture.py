@@ -19,19 +19,8 @@ class Mixture:
     """
     Looks at one signal of a channel after the other.
 
-    Parameters
-    ----------
-    channel:
-        Whose filters are mixed.
-    gains:
-        Of the filters.
-    steps:
-        The latest ones.
-    delayed:
-        Whether instants are before the latest step.
-    what:
-        Component of the state that is the acceleration: 2 of positions, 1 of velocities.
-
+    ``delayed`` is whether instants are before the latest step; ``what`` is the component of the
+    state that is the acceleration: 2 of positions, 1 of velocities.
     """
 
     def __init__(self, channel: Channel, gains: Gains, steps: Steps, delayed: bool,

@@ -28,15 +28,7 @@ SLOPE = (86.0, -142.0, -193.0, -126.0, 0.0, 126.0, 193.0, 142.0, -86.0)
 
 
 class PeriodSearch:
-    """
-    Searches the latest readings.
-
-    Parameters
-    ----------
-    readings:
-        Those, now and later.
-
-    """
+    """Searches the latest readings, those now and later."""
 
     def __init__(self, readings: Readings) -> None:
         size = readings.size
@@ -169,20 +161,12 @@ class PeriodSearch:
         the device's period. Of the countings found so the one is best that makes the positions
         smoothest, less what it costs to tell these ticks.
 
-        Parameters
-        ----------
-        late:
-            What the stamps' mean deviation from a line through them may be, beside a quarter of
-            the period [s].
-        period:
-            The present one [s].
+        ``late`` is what the stamps' mean deviation from a line through them may be, beside a
+        quarter of ``period``, the present one [both s].
 
-        Returns
-        -------
-        By how much the logarithm of the likelihood rises over the times that the filters took the
-        readings at; the ticks; of the line through the stamps: the stamp at tick 0, the period,
-        the mean deviation. None if there is no other counting.
-
+        Return by how much the logarithm of the likelihood rises over the times that the filters
+        took the readings at; the ticks; of the line through the stamps: the stamp at tick 0, the
+        period, the mean deviation [s]. None if there is no other counting.
         """
         i: cython.Py_ssize_t
         k: cython.Py_ssize_t

@@ -29,15 +29,9 @@ ALIKE = 0.02
 
 class Readings:
     """
-    The latest readings, each at another tick than the one before.
+    The latest readings of n joints, each at another tick than the one before.
 
-    Parameters
-    ----------
-    n:
-        Number of joints.
-    size:
-        How many are kept.
-
+    ``size`` is how many are kept.
     """
 
     def __init__(self, n: int, size: int) -> None:
@@ -149,13 +143,9 @@ class Readings:
         """
         Compare fourth differences of the latest positions with those of velocity times deviation.
 
-        Only joints that go on one way count: noise at rest says nothing.
-
-        Returns
-        -------
-        Sums of the products, of the squares of the second, of the squares of the first; all 0
-        where no joint goes on.
-
+        Only joints that go on one way count: noise at rest says nothing. Return sums of the
+        products, of the squares of the second, of the squares of the first; all 0 where no joint
+        goes on.
         """
         i: cython.Py_ssize_t
         j: cython.Py_ssize_t
@@ -201,15 +191,7 @@ class Readings:
 
 
 def fill(row: cython.double[::1], values: Sequence[float]) -> cython.void:
-    """
-    Let a row have these numbers.
-
-    Raises
-    ------
-    ValueError
-        There are fewer or more.
-
-    """
+    """Let a row have these numbers; raise ValueError if there are fewer or more."""
     j: cython.Py_ssize_t
     if len(values) != row.shape[0]:
         raise ValueError(f'{len(values)} numbers where {row.shape[0]} belong')

@@ -54,19 +54,8 @@ class Spread:
     """
     Tells the covariance of one signal's mixture after the other.
 
-    Parameters
-    ----------
-    n:
-        Number of signals.
-    gains:
-        Of the filters.
-    steps:
-        The latest ones.
-    delayed:
-        Whether instants are before the latest step.
-    known_noise:
-        Variance of the noise, whose filters are then the truth; 0: it is estimated.
-
+    ``delayed`` is whether instants are before the latest step; ``known_noise`` is the variance of
+    the noise, whose filters are then the truth; 0: it is estimated.
     """
 
     def __init__(self, n: int, gains: Gains, steps: Steps, delayed: bool,

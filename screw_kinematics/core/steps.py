@@ -71,13 +71,7 @@ class Steps:
     """
     Times, covariances and gains of the latest steps, in a ring.
 
-    Step k of a run, from 1 on, is in row k % size.
-
-    Parameters
-    ----------
-    gains:
-        Those of the step at hand.
-
+    Step k of a run, from 1 on, is in row k % size. ``gains`` are those of the step at hand.
     """
 
     def __init__(self, gains: Gains) -> None:

@@ -27,44 +27,25 @@ class Travel:
 
     No joint alone counts ticks: one that is at odds with the weighted median of what all have
     travelled is thought to be where that says.
-
-    Attributes
-    ----------
-    ticks:
-        The ticks travelled.
-    tick:
-        The length of the move in one tick [rad].
-    odd:
-        Whether there is a joint at odds with all others.
-    agreed:
-        The positions that all agree on, if there is.
-
     """
 
     def __init__(self, n: int) -> None:
         self.n = n
         self.move, self.gone, self.each, self.size = zeros(n), zeros(n), zeros(n), zeros(n)
+        # Positions that all agree on, if one joint is odd; ticks travelled; length of the move in
+        # one tick [rad]; whether there is a joint at odds with all others.
         self.agreed, self.ticks, self.tick, self.odd = zeros(n), 0.0, 0.0, False
 
     def measure(self, now: cython.double[:, ::1], speed: cython.double[::1],
                 position: cython.double[::1], unit: cython.double, span: cython.double,
                 unforeseen: cython.double) -> None:
         """
-        Measure a reading.
+        Measure a reading, whose position is new.
 
-        Parameters
-        ----------
-        now:
-            State of the joints at the reading before, (4, n).
-        speed:
-            Their velocities then, as known best [rad/s].
-        position:
-            The new reading.
-        unit, span:
-            Length of a tick, and time that has passed as far as is known [s].
-        unforeseen:
-            Acceleration of all joints together that nobody foresaw [rad/s2].
-
+        ``now`` is the state of the joints at the reading before, (4, n), ``speed`` their
+        velocities then, as known best [rad/s]. ``unit`` is the length of a tick, ``span`` the time
+        that has passed as far as is known [both s]. ``unforeseen`` is the acceleration of all
+        joints together that nobody foresaw [rad/s2].
         """
         j: cython.Py_ssize_t
         move: cython.double[::1] = self.move

@@ -172,15 +172,9 @@ class VelocityTrust:
         accelerations, by at most what the integral could hide; a lag beyond a millisecond; the
         way to wider filters, if it leads to the position's acceleration: it is behind a jump.
 
-        Parameters
-        ----------
-        off, wider:
-            How far it is from the position's; and its wider filters are from it.
-        sp, sv:
-            Variances of the position's and the velocity's acceleration.
-        keep, fresh:
-            What the latest step leaves, and whether this was not asked since.
-
+        ``off`` is how far it is from the position's, ``wider`` how far its wider filters are from
+        it; ``sp`` and ``sv`` are variances of the position's and the velocity's acceleration.
+        ``keep`` is what the latest step leaves, and ``fresh`` whether this was not asked since.
         """
         apart: cython.double = off * off
         d: cython.double = apart / (sp + sv)

@@ -22,8 +22,8 @@ class ClockError(NamedTuple):
         """
         Return the deviations that all joints have at once: a row for each of the two.
 
-        They are of the derivative of that order of the positions, 0: of these, which each joint
-        has as its own; onward goes the next one, none where it is not known.
+        ``own`` is the derivative of that order of each joint's position, 0: the position itself;
+        ``onward`` is the next one, none where it is not known.
         """
         found = []
         if self.time and len(onward):

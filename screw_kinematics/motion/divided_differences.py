@@ -30,7 +30,7 @@ def divided_difference(t: Array) -> Array:
 
 def roughness(t: Array, q: Array, order: int = 4) -> Array:
     """
-    Return what divided differences leave of some signals, most of the time.
+    Return what divided differences of some order leave of some signals, most of the time.
 
     Of signals, shape (N, n), at increasing times, s, shape (N,): the square root of the mean of
     squares, shape (n,), without the largest tenth.

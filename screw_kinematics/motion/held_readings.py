@@ -52,9 +52,9 @@ class HeldReadings:
         """
         Take a reading that is the same as before; return whether it is but sent again.
 
-        It is sent at the stamp, its age after it was taken for a reading; ``unit`` is a tick, all
-        s. The length of the joints' move in a tick is foreseen by the filters of the bank, which
-        is None while they have not settled.
+        It is sent at the stamp, ``age`` after it was taken for a reading; ``unit`` is a tick, all
+        s. ``foreseen`` is the length of the joints' move in a tick, by the filters of the bank,
+        which is None while they have not settled.
         """
         self._same += 1
         since = stamp - self._came

@@ -246,8 +246,8 @@ class TickCounter:
         """
         Return a counter of the ticks that the latest readings are found to be of.
 
-        Numbers are their ticks from 0; stamps are in s, as what is of the line through both: the
-        stamp at tick 0, its slope, the period, and its mean deviation.
+        Numbers are their ticks from 0, beside their stamps, s. Of the line through both: the stamp
+        at tick 0, s; its slope, which is the period; and its mean deviation, s.
         """
         count, last = len(numbers), numbers[-1]
         known = (abs(period - self.period) < 10.0 * deviation / max(last, 1.0) / sqrt(count)
