@@ -10,8 +10,9 @@ cdef double EVIDENCE, LEAST, NOTHING
 @cython.final
 cdef class Signal:
     cdef double last            # latest sample
-    cdef double quantum         # the encoder's step; share of changes that are multiples of it,
-    cdef double fit             # and their number
+    cdef double quantum         # the encoder's step, and how far that may be off; share of
+    cdef double vague           # changes that are multiples of it, and their number
+    cdef double fit
     cdef double changes
     cdef double parted          # way of the velocity less step of the position; the same since the
     cdef double since           # first of those that wait

@@ -46,7 +46,7 @@ class Signal:
     """What is known of one signal's samples."""
 
     def __init__(self) -> None:
-        self.last = self.quantum = self.fit = self.changes = self.noise = 0.0
+        self.last = self.quantum = self.vague = self.fit = self.changes = self.noise = 0.0
         self.limit = self.step = self.s0 = self.s1 = self.s2 = self.s3 = self.least = 0.0
         self.taken = self.scores = False
         self.start(0.0)
@@ -65,25 +65,30 @@ class Signal:
     def follow_quantum(self, z: cython.double) -> None:
         """Follow the step of which all changes are multiples, by Euclid's algorithm."""
         d: cython.double = fabs(z - self.last)
+        # Positions that went through single precision are no exact multiples.
+        rounding: cython.double = 6e-8 * (fabs(z) + fabs(self.last))
         self.last = z
         if d < 1e-12:
             return
         q: cython.double = self.quantum
         self.changes += 1.0
         if q == 0.0:
-            self.quantum = d
+            self.quantum, self.vague = d, rounding
             self.changes = 1.0
             if self.fit == 0.0:
                 self.fit = 1.0
             return
-        rest: cython.double = fabs(d - q * floor(d / q + 0.5))
+        times: cython.double = floor(d / q + 0.5)
+        rest: cython.double = fabs(d - q * times)
         self.fit += 0.05 * ((1.0 if rest < 0.1 * q else 0.0) - self.fit)
-        # Positions that went through single precision are no exact multiples.
-        single: cython.double = 1.2e-7 * fabs(z)
-        if rest > (1e-6 * q if 1e-6 * q > single else single):
-            self.quantum = rest
+        sure: cython.bint = times * self.vague < 0.1 * q
+        off: cython.double = rounding + (times * self.vague if sure else 0.1 * q)
+        if rest > (1e-6 * q if 1e-6 * q > off else off):
+            self.quantum, self.vague = rest, off
         elif self.fit < 0.3 and self.changes > 60.0:
             self.quantum = 0.0
+        elif sure and rounding < times * self.vague:
+            self.quantum, self.vague = d / times, rounding / times
 
 
 class Channel:

@@ -13,6 +13,10 @@ from .channel import Channel
 from .gains import Gains
 from .steps import Steps
 from .tables import NEGLIGIBLE, table, TIME_UNIT, zeros
+if cython.compiled:
+    from cython.cimports.libc.math import fabs
+else:
+    from math import fabs
 
 
 class Mixture:
@@ -92,7 +96,7 @@ class Mixture:
         r: cython.double = self.r
         r2: cython.double = r * r
         r3: cython.double = r2 * r
-        h: cython.double = r * TIME_UNIT
+        h: cython.double = fabs(r) * TIME_UNIT
         h3: cython.double = h * h * h
         top: cython.Py_ssize_t = self.top
         m0: cython.double = 0.0

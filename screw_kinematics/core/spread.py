@@ -82,8 +82,9 @@ class Spread:
             self.compare(found, c, j)
         self.mix(found, c, j)
         if c.shaken and self.known_noise == 0.0:
+            # At a step, but for rounding, that is the next one.
             self.pause(c, j, dt,
-                       self.steps.latest - found.top // 10 + (1 if found.r >= 0.0 else 0))
+                       self.steps.latest - found.top // 10 + (1 if found.r > -1e-6 else 0))
         self.carry(found.r, j, out)
 
     def begin(self, c: Channel, dt: cython.double) -> None:

@@ -106,6 +106,17 @@ def test_instants_a_little_before_a_reading_are_no_period_after_the_one_before(d
     assert errors[0] < 2.0 * errors[1]
 
 
+@pytest.mark.parametrize('delay', [0.0, 0.02])
+@pytest.mark.parametrize('counts', [4096, 65536])
+def test_positions_of_single_precision_show_the_same_steps_of_an_encoder(counts, delay):
+    stamps, step = np.arange(400) / 100, 2 * np.pi / counts
+    motion = sines(5, 3)
+    positions = np.round(motion(stamps / 5)[0] / step) * step
+    double, single = (run(MotionEstimator(3, delay=delay), stamps, given)[1]
+                      for given in (positions, positions.astype(np.float32).astype(float)))
+    assert np.abs(single - double).max() < 1e-2 * np.abs(double).max()
+
+
 def _lagging(motion, stamps, rng):
     return motion(stamps - 5e-3)[1] + 1e-3 * rng.normal(size=motion(stamps)[1].shape)
 
