@@ -248,10 +248,13 @@ class JointTable:
             return None
 
         stamps = told(column)
-        if stamps is None:
-            wrong = next(i for i in range(len(column)) if told(column.slice(i, 1)) is None)
-            raise ToolError(f'{self.path}: a stamp in column {name!r} is {str(column[wrong])!r}; '
-                            'allowed: a number or an ISO date')
+        if stamps is None:      # with time zones here and there
+            single = [told(column.slice(i, 1)) for i in range(len(column))]
+            if None in single:
+                raise ToolError(f'{self.path}: a stamp in column {name!r} is '
+                                f'{str(column[single.index(None)])!r}; allowed: a number or an '
+                                'ISO date')
+            stamps = [stamp for one in single if one for stamp in one]
         return stamps
 
     def _time_unit(self, columns: Sequence[str], stamps: Sequence[Decimal]) -> int:

@@ -142,6 +142,12 @@ def test_typed_stamps_are_exact_whatever_the_column_is_called(kind, name, tmp_pa
     agree(path, TableFormat(time='ms'), velocity=False, first=first)
 
 
+def test_dates_with_time_zones_here_and_there(tmp_path):
+    stamps, q, _ = motion(50)
+    dates = [str(np.datetime64(stamp, 'ns')) + 'Z' * (k % 2) for k, stamp in enumerate(stamps)]
+    agree(write(tmp_path / 'x.csv', ['t', *BY_NAME], [dates, *q.T.tolist()]), velocity=False)
+
+
 @pytest.mark.parametrize('name, unit', [('time_us', 10**3), ('stamp_us', 10**3),
                                         ('Timestamp_MS', 10**6), ('t_ns', 1), (' time', 10**9)])
 def test_columns_of_stamps_that_name_their_unit(name, unit, tmp_path):

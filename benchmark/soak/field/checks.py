@@ -148,9 +148,10 @@ class TopicCheck(Collector):
                                  self._sizes(t, values, deviations, model), np.inf)
                  for model in sorted(models if which is None else set(which.tolist()))}
         # One latency for all, whichever model each of them follows from; the surest tell it.
-        best = min(np.minimum.reduce(list(sizes.values())),
-                   key=lambda size: float((size.clip(0, FARTHEST)**2).sum()))
-        follows = [model for model, size in sizes.items() if size[:, -1].min() <= FARTHEST]
+        nearest = np.minimum.reduce(list(sizes.values()))
+        latency = int((nearest.clip(0, FARTHEST)**2).sum(1).argmin())
+        best = nearest[latency]
+        follows = [model for model, size in sizes.items() if size[latency, -1] <= FARTHEST]
         if len(follows) == 1:
             self.last_model, = follows
         tally = self.tally
