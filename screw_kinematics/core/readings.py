@@ -112,10 +112,12 @@ class Readings:
 
     def at_times(self, times: list[float],
                  apart: float) -> list[tuple[float, tuple[float, ...]]] | None:
-        """Return all with their times; None where these are no others, or not as far apart."""
+        """Let all have other times, and return them; None if these are not other or too close."""
         if not all(b - a > apart for a, b in zip(times, times[1:])) or all(
                 abs(time - self.at(i)[3]) < ALIKE * apart for i, time in enumerate(times)):
             return None
+        for i, time in enumerate(times):
+            self.time[self.start + i] = time
         return [(time, self.position(i)) for i, time in enumerate(times)]
 
     def rescale(self, origin: cython.double, factor: cython.double) -> None:

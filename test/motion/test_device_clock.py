@@ -4,6 +4,7 @@
 
 import numpy as np
 import pytest
+from screw_kinematics.core.readings import Readings
 from screw_kinematics.errors import Reason
 from screw_kinematics.motion import MotionEstimator, smooth
 from support import stamping
@@ -180,6 +181,20 @@ def test_one_repeated_position_is_left_out_and_told():
         if found is not None and stamp > 1.0:
             assert abs(found.acceleration[0] + np.pi**2 * np.sin(np.pi * stamp)) < 0.5
     assert estimator.doubts() == ['1 of 1000 messages repeat a reading while the joints move']
+
+
+def test_readings_that_were_given_other_times_have_these():
+    """As the filters have: what is at its time need not be taken again, the old times may."""
+    readings, stamps = Readings(1, 40), 0.01 * np.arange(30) + 1e-3 * (np.arange(30) % 2)
+    for k, stamp in enumerate(stamps):
+        readings.add(k, stamp - 0.01 * k, stamp, stamp, (0.0,))
+    last = stamps[-1]
+    assert readings.by_stamps(last) is None
+    times = [time for time, _ in readings.by_ticks(last, 0.01, 0.0)]
+    np.testing.assert_allclose(times, last + 0.01 * (np.arange(30) - 29), rtol=1e-12)
+    assert readings.by_ticks(last, 0.01, 0.0) is None
+    times = [time for time, _ in readings.by_stamps(last)]
+    np.testing.assert_allclose(times, stamps, atol=1e-12)
 
 
 @pytest.mark.parametrize('delay', [0.0, 0.02])
