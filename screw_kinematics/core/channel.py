@@ -38,6 +38,9 @@ WILD = cython.declare(cython.double, 20.0)
 """Samples that scores are worth when the motion has jumped, and how many more with each one since:
 those before tell of another motion. Jumps so many times larger than a joint makes are none."""
 
+HALVES = cython.declare(cython.double, 2.0**29 + 1.0)
+"""Factor that splits a number into halves, the upper one of single precision."""
+
 EXACT = cython.declare(cython.double, 0.7)
 """Share of changes that are multiples of a step from which on it is an encoder's."""
 
@@ -65,15 +68,18 @@ class Signal:
     def follow_quantum(self, z: cython.double) -> None:
         """Follow the step of which all changes are multiples, by Euclid's algorithm."""
         d: cython.double = fabs(z - self.last)
-        # Positions that went through single precision are no exact multiples.
+        # Positions that went through single precision are no exact multiples. Where they have still
+        # no more digits than that (their upper half is all of them: Dekker 1971), nor has the step.
         rounding: cython.double = 6e-8 * (fabs(z) + fabs(self.last))
+        upper: cython.double = HALVES * z - (HALVES * z - z)
+        vague: cython.double = rounding if upper == z else 0.0
         self.last = z
         if d < 1e-12:
             return
         q: cython.double = self.quantum
         self.changes += 1.0
         if q == 0.0:
-            self.quantum, self.vague = d, rounding
+            self.quantum, self.vague = d, vague
             self.changes = 1.0
             if self.fit == 0.0:
                 self.fit = 1.0
@@ -84,7 +90,7 @@ class Signal:
         sure: cython.bint = times * self.vague < 0.1 * q
         off: cython.double = rounding + (times * self.vague if sure else 0.1 * q)
         if rest > (1e-6 * q if 1e-6 * q > off else off):
-            self.quantum, self.vague = rest, off
+            self.quantum, self.vague = rest, off if vague > 0.0 else 0.0
         elif self.fit < 0.3 and self.changes > 60.0:
             self.quantum = 0.0
         elif sure and rounding < times * self.vague:
