@@ -68,8 +68,8 @@ class Signal:
     def follow_quantum(self, z: cython.double) -> None:
         """Follow the step of which all changes are multiples, by Euclid's algorithm."""
         d: cython.double = fabs(z - self.last)
-        # Positions that went through single precision are no exact multiples. Where they still have
-        # no more digits (their upper half is all of them: Dekker 1971), nor has the step.
+        # Positions that went through single precision are no exact multiples. Where they have no
+        # more digits yet (their upper half is all of them: Dekker 1971), nor has the step.
         rounding: cython.double = 6e-8 * (fabs(z) + fabs(self.last))
         upper: cython.double = HALVES * z - (HALVES * z - z)
         vague: cython.double = rounding if upper == z else 0.0
