@@ -31,6 +31,7 @@ cdef class Signal:
     cdef void start(self, double z) noexcept
     cdef void follow_quantum(self, double z) noexcept
     cdef double step_of_encoder(self) noexcept
+    cdef double rounding(self) noexcept
 
 
 @cython.final

@@ -65,6 +65,11 @@ class Signal:
         """Return the encoder's step; 0 if there seems to be none."""
         return self.quantum if self.fit > EXACT else 0.0
 
+    def rounding(self) -> cython.double:
+        """Return the variance of what the encoder's steps round off."""
+        step: cython.double = self.step_of_encoder()
+        return step * step / 12.0
+
     def follow_quantum(self, z: cython.double) -> None:
         """Follow the step of which all changes are multiples, by Euclid's algorithm."""
         d: cython.double = fabs(z - self.last)
@@ -175,7 +180,7 @@ class Channel:
         if known:
             u.follow_quantum(at)
         # Noise is never below that of rounding: silence between two steps proves nothing.
-        least: cython.double = u.step_of_encoder() * u.step_of_encoder() / 12.0
+        least: cython.double = u.rounding()
         foreseen: cython.double = 0.0
         noise: cython.double = 0.0
         variance: cython.double = 0.0

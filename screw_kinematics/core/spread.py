@@ -129,7 +129,7 @@ class Spread:
         excess: cython.double[:, ::1] = c.excess
         e: cython.double[:, ::1] = self.work
         # Noise is never below that of rounding, however well some samples lie on a line.
-        least: cython.double = c.signal(j).step_of_encoder() * c.signal(j).step_of_encoder() / 12.0
+        least: cython.double = c.signal(j).rounding()
         for i in range(10):
             e[i, 0] = 0.0
         # The mean at the instant, carried back to the step.
