@@ -22,7 +22,8 @@ from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
-from .contenders import Contender, FLOOR, NATIVE, native_nodes, PINOCCHIO, RELAY, SCRIPTED
+from .contenders import (
+    Contender, FLOOR, NATIVE, native_nodes, OWN, PINOCCHIO, RELAY, SCRIPTED)
 from .trial import Latency, Saturation, Trial
 
 
@@ -144,7 +145,7 @@ def comparison_table(figures: dict[str, Figures]) -> Table:
     """Return all figures for one robot."""
     table = Table('', *figures, title='one robot: medians (quartiles)')
     relay, pinocchio = figures.get(RELAY), figures.get(PINOCCHIO)
-    native, floor = figures.get(NATIVE), figures.get(FLOOR)
+    native, floor, own = figures.get(NATIVE), figures.get(FLOOR), figures.get(OWN)
 
     def cpu_us(f: Figures) -> list[float]:
         return [s.cpu_us for s in f.saturated]
@@ -165,6 +166,8 @@ def comparison_table(figures: dict[str, Figures]) -> Table:
         add('  times the C++ node', lambda f: ratios(cpu_us(f), cpu_us(native)))
     if floor:
         add('  times the floor', lambda f: ratios(cpu_us(f), cpu_us(floor)))
+    if own:
+        add('  times ours', lambda f: ratios(cpu_us(f), cpu_us(own)))
     add('messages/s', lambda f: spread(rate(f)))
     if relay:
         add('  times the relay', lambda f: ratios(rate(f), rate(relay)))
@@ -173,6 +176,9 @@ def comparison_table(figures: dict[str, Figures]) -> Table:
     if native:
         add('  times the C++ node', lambda f: ratios(
             [s.cpu_us for s in f.at_1khz], [s.cpu_us for s in native.at_1khz]))
+    if own:
+        add('  times ours', lambda f: ratios(
+            [s.cpu_us for s in f.at_1khz], [s.cpu_us for s in own.at_1khz]))
     add('p50 latency at 1 kHz, µs', lambda f: spread(p50_us(f)))
     if pinocchio:
         add('  times less than Pinocchio', lambda f: ratios(p50_us(pinocchio), p50_us(f)))

@@ -21,7 +21,7 @@ ESTIMATORS_SETTLE = 12_000
 @dataclass(frozen=True)
 class Contender:
     """
-    A node by name, its command for some robots, and what it publishes for each.
+    A node by name, its command for some robots, and the topics of each that it publishes.
 
     Before it is timed each of its robots gets `warm_up` messages, so that one robot, which gets
     them all, is not compared with many that have only begun.
@@ -69,6 +69,7 @@ def native_nodes() -> list[Contender]:
 
 NATIVE = 'C++ on rcl, no estimator'
 FLOOR = 'floor of rclpy: raw relay, one long spin'
+OWN = 'ours'
 RELAY = 'rclpy relay'
 PINOCCHIO = 'rclpy, Pinocchio, no estimator'
 
@@ -77,7 +78,12 @@ SCRIPTED = [
     peer('pinocchio', PINOCCHIO),
     peer('numpy', 'rclpy, handwritten NumPy'),
     peer('raw_relay', FLOOR),
-    ours('ours', OURS),
+    ours(OWN, OURS),
+    ours('ours, joint_motion too', OURS, 'outputs:=[twist, accel, joint_motion]',
+         outputs=('twist', 'joint_motion', 'accel')),
+    ours('ours, three tips', OURS, f'tips:=[{TIP}, panda_hand, panda_link5]', outputs=tuple(
+        f'{tip}/{output}' for tip in ('panda_link5', 'panda_hand', TIP)
+        for output in ('twist', 'accel'))),
     ours('ours, core interpreted', UNCOMPILED),
     ours('ours, measured twist only', OURS,
          'outputs:=[twist]', 'velocity_source:=measured', outputs=('twist',)),

@@ -19,6 +19,7 @@ from rclpy.experimental import EventsExecutor
 from rclpy.qos import QoSProfile
 from screw_kinematics.node import fast_dds
 from sensor_msgs.msg import JointState
+from trajectory_msgs.msg import JointTrajectory
 
 from .contenders import Contender
 from .robot import Driver, PERIOD_NS
@@ -27,7 +28,7 @@ from ..domain import own_domain
 WINDOW = 50         # messages under way at most, fewer than any queue holds: nothing is lost
 PATIENCE = 60.0     # for a node to start [s]
 SILENCE = 5.0       # without any output, after which what is under way counts as lost [s]
-MESSAGES = {'twist': TwistStamped, 'accel': AccelStamped}
+MESSAGES = {'twist': TwistStamped, 'accel': AccelStamped, 'joint_motion': JointTrajectory}
 
 
 @dataclass(frozen=True)
@@ -162,10 +163,10 @@ class Trial:
             self._publish.append(counting.create_publisher(
                 JointState, f'r{i}/joint_states', QoSProfile(depth=100)).publish)
             counting.create_subscription(
-                MESSAGES[counted], f'r{i}/{counted}', self._count, 100, raw=True)
+                message(counted), f'r{i}/{counted}', self._count, 100, raw=True)
             for output in others:
                 silent.create_subscription(
-                    MESSAGES[output], f'r{i}/{output}', lambda _: None, 1, raw=True)
+                    message(output), f'r{i}/{output}', lambda _: None, 1, raw=True)
         self._executor = EventsExecutor(context=context)
         self._executor.add_node(counting)
         for node in counting, silent:
@@ -259,6 +260,11 @@ class Trial:
             sent = self._due.pop(_period(data), None)
             if sent is not None:
                 self._latencies.append(time.perf_counter() - sent)
+
+
+def message(topic: str) -> type:
+    """Return the type of the messages on a topic of a robot."""
+    return MESSAGES[topic.rpartition('/')[2]]
 
 
 def _period(data: bytes) -> int:

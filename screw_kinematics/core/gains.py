@@ -27,6 +27,9 @@ STEADY = cython.declare(cython.double, 1e-7)
 SAME = cython.declare(cython.double, 1e-12)
 """Relative changes below which gains are steady; and stay, if their period does."""
 
+DRIFT = cython.declare(cython.double, 0.01)
+"""Share by which the period may be another one than that which process densities are of."""
+
 FACTORIAL = (1.0, 1.0, 2.0, 6.0)
 
 
@@ -61,7 +64,7 @@ class Gains:
         """Begin with these variances of the state's components, scaled."""
         i: cython.Py_ssize_t
         k: cython.Py_ssize_t
-        self.step = 0.0
+        self.step = self.period = 0.0
         for k in range(self.m):
             for i in range(10):
                 self.p[i, k] = 0.0
@@ -75,10 +78,13 @@ class Gains:
         """Take a step and a sample, if that changes gains; return whether they are steady."""
         k: cython.Py_ssize_t
         again: cython.bint = dt == self.step
-        if not again or self.change > SAME or fabs(period - self.period) > SAME * period:
-            self.predict(dt, period)
+        other: cython.bint = fabs(period - self.period) > DRIFT * period
+        if other:
+            self.period = period
+        if other or not again or self.change > SAME:
+            self.predict(dt, self.period)
             self.change = self.update()
-            self.step, self.period = dt, period
+            self.step = dt
             for k in range(self.m):
                 self.logs[k] = log(self.s[k])
         return again and self.change < STEADY
