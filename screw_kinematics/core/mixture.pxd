@@ -6,7 +6,7 @@ from .channel cimport Channel
 from .gains cimport Gains
 from .steps cimport Steps
 
-cdef double TIME_UNIT, NEGLIGIBLE
+cdef double TIME_UNIT
 
 
 @cython.final

@@ -12,7 +12,7 @@ except ImportError:
 from .channel import Channel
 from .gains import Gains
 from .steps import Steps
-from .tables import NEGLIGIBLE, table, TIME_UNIT, zeros
+from .tables import table, TIME_UNIT, zeros
 if cython.compiled:
     from cython.cimports.libc.math import fabs
 else:
@@ -60,7 +60,7 @@ class Mixture:
         narrower: cython.double = 0.0
         for k in range(m):
             w: cython.double = c.weight[first + k]
-            passed: cython.bint = w < NEGLIGIBLE and (self.what == 2 or narrower < NEGLIGIBLE)
+            passed: cython.bint = w == 0.0 and (self.what == 2 or narrower == 0.0)
             narrower = w
             if passed and not whole:
                 continue
@@ -110,8 +110,6 @@ class Mixture:
         v: cython.double
         for k in range(c.low[j], c.high[j]):
             w: cython.double = c.weight[first + k]
-            if w < NEGLIGIBLE:
-                continue
             s = self.first + k
             total += w
             x1: cython.double = self.states[1, s]

@@ -19,7 +19,7 @@ from .channel import Channel
 from .gains import Gains
 from .mixture import Mixture
 from .steps import Steps
-from .tables import FINEST, NEGLIGIBLE, row, SCALE, table, TIME_UNIT, zeros
+from .tables import FINEST, row, SCALE, table, TIME_UNIT, zeros
 if cython.compiled:
     from cython.cimports.libc.math import exp, log, sqrt
 else:
@@ -146,7 +146,7 @@ class Spread:
         b2: cython.double = 0.0
         for k in range(self.m):
             v: cython.double = w[first + k]
-            if v < NEGLIGIBLE:
+            if v == 0.0:
                 continue
             noise: cython.double = mean[first + k] if mean[first + k] > least else least
             s: cython.double = v * (self.known_noise if self.known_noise > 0.0 else noise)

@@ -34,11 +34,8 @@ LEAST = 1e-26
 FINEST = 1e-6
 """Steps of an encoder are not known better [rad]."""
 
-NOTHING = -21.0
-"""Logarithm of a weight beside the best filter's that is none."""
-
-NEGLIGIBLE = 1e-4
-"""Weights of filters below are passed over."""
+NOTHING = -9.2
+"""Logarithm of a weight beside the best filter's that is none: a share of 1e-4."""
 
 
 def table(rows: int, columns: int) -> memoryview:
