@@ -81,12 +81,12 @@ class Run:
 
     @property
     def samples(self) -> int:
-        """How many samples it made states of."""
+        """Return how many samples it made states of."""
         return int(re.findall(r'^\d+ recordings +(\d+)', self.text, re.MULTILINE)[-1])
 
     @property
     def rate(self) -> float:
-        """Samples a second while it went on."""
+        """Return samples a second while it went on."""
         return self.samples / self.seconds
 
 
