@@ -13,6 +13,7 @@ import sys
 import time
 
 from benchmark.domain import own_domain
+from benchmark.swinging import swing
 from geometry_msgs.msg import AccelStamped
 import numpy as np
 import rclpy
@@ -37,16 +38,7 @@ CASES = [(robot, delay, velocity) for robot in ('puma560', 'panda')
 
 def motion(n: int, t: np.ndarray, seed: int) -> list[np.ndarray]:
     """Return positions, velocities and accelerations: sines of 0.2 to 1.4 Hz."""
-    random = np.random.default_rng(seed)
-    out = [np.zeros((len(t), n)) for _ in range(3)]
-    out[0] += np.linspace(0.3, 1.0, n)
-    for frequency, amplitude in ((0.2, 0.4), (0.6, 0.13), (1.4, 0.05)):
-        w = 2 * np.pi * frequency
-        phase = w * t[:, None] + random.uniform(0, 2 * np.pi, n)
-        out[0] += amplitude * np.sin(phase)
-        out[1] += amplitude * w * np.cos(phase)
-        out[2] -= amplitude * w**2 * np.sin(phase)
-    return out
+    return swing(t, n, np.random.default_rng(seed), ((0.2, 0.4), (0.6, 0.13), (1.4, 0.05)))
 
 
 def latest(found: dict) -> int:

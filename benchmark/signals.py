@@ -40,19 +40,7 @@ OURS = next(contender for contender in SCRIPTED if contender.name.startswith('ou
 
 
 class Trials:
-    """
-    Starts and ends nodes while joint states are published.
-
-    Parameters
-    ----------
-    rate : int
-        Joint states in a second.
-    seed : int
-        Of the moments of the signals.
-    log : Path
-        Where the nodes write.
-
-    """
+    """Starts and ends nodes, which write a log, while joint states are published at a rate."""
 
     def __init__(self, rate: int, seed: int, log: Path) -> None:
         self._random, self._log = Random(seed), log

@@ -18,46 +18,29 @@ class Condition:
     """
     One way of measuring.
 
-    Attributes
-    ----------
-    rate: Hz
-    resolution: of the encoder, rad
-    stamp_error: standard deviation of the stamp, s
-    velocity: standard deviation of a measured velocity, rad/s; or 'zero' (filled with zeros),
-        'differenced' (from the positions), 'filtered' (that, low-passed at 30 Hz), 'low-passed'
-        (the true one at 30 Hz), 'coherent' (with slow noise), 'scaled' (2 % too large); None:
-        absent
-    lag: of the velocity, s
-    faults: 3 % of messages dropped, 1 % doubled, 1 % swapped
-    jitter: of the sampling instants, as a share of the period; the stamp knows it
-    burst: samples that arrive, and are stamped, together: 20 us apart, when the last is taken
-    stamps: how a driver stamps, of `screw_kinematics.tools.stamping`; then neither stamp_error
-        nor jitter
-    dither: noise before rounding, in steps of the encoder
-    amplitude: share of the motion's amplitude
-    glitch: how far odd positions are off, rad, twenty for each joint; or 'repeated': they are
-        those before
-    together: odd positions in a row
-    speed_noise: white noise of the position, s times the speed
-    ripple: errors periodic in the angle: (per turn, rad) each
-
+    A measured velocity has a standard deviation [rad/s]; or is 'zero' (filled with zeros),
+    'differenced' (from the positions), 'filtered' (that, low-passed at 30 Hz), 'low-passed' (the
+    true one at 30 Hz), 'coherent' (with slow noise), 'scaled' (2 % too large); None: absent.
+    Samples of a burst arrive, and are stamped, together: 20 us apart, when the last is taken. With
+    a driver's way of stamping, of `screw_kinematics.tools.stamping`, there is neither stamp_error
+    nor jitter. Odd positions, twenty for each joint, are off by the glitch, or 'repeated'.
     """
 
-    rate: float
-    resolution: float = 1e-5
-    stamp_error: float = 20e-6
+    rate: float                            # Hz
+    resolution: float = 1e-5               # of the encoder, rad
+    stamp_error: float = 20e-6             # standard deviation of the stamp, s
     velocity: float | str | None = None
-    lag: float = 0.0
-    faults: bool = False
-    jitter: float = 0.1
+    lag: float = 0.0                       # of the velocity, s
+    faults: bool = False                   # 3 % of messages dropped, 1 % doubled, 1 % swapped
+    jitter: float = 0.1                    # share of the period; the stamp knows it
     burst: int = _unseeded(1)
     stamps: str = _unseeded('')
-    dither: float = _unseeded(0.3)
-    amplitude: float = _unseeded(1.0)
-    glitch: float | str = _unseeded(0.0)
-    together: int = _unseeded(1)
-    speed_noise: float = _unseeded(0.0)
-    ripple: tuple[tuple[float, float], ...] = _unseeded(())
+    dither: float = _unseeded(0.3)         # noise before rounding, in steps of the encoder
+    amplitude: float = _unseeded(1.0)      # share of the motion's
+    glitch: float | str = _unseeded(0.0)   # rad
+    together: int = _unseeded(1)           # odd positions in a row
+    speed_noise: float = _unseeded(0.0)    # white noise of the position, s times the speed
+    ripple: tuple[tuple[float, float], ...] = _unseeded(())    # (per turn, rad), by the angle
 
     def twin(self) -> Condition:
         """Return the condition without what goes wrong with stamps and positions."""

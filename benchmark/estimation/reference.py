@@ -71,23 +71,13 @@ class Smoother:
 
 @dataclass(frozen=True)
 class Reference:
-    """
-    Smooth motions through readings.
+    """Smooth motions through readings."""
 
-    Attributes
-    ----------
-    times, fresh: of the samples' readings, s, and which brought a new one, shapes (N,)
-    period: of the device, s; 0.0 where stamps are the readings' own
-    cutoffs: of the joints, Hz
-    splines: of the joints
-
-    """
-
-    times: np.ndarray
-    fresh: np.ndarray
-    period: float
-    cutoffs: np.ndarray
-    splines: list
+    times: np.ndarray      # (N,), of the samples' readings, s
+    fresh: np.ndarray      # (N,), which samples brought a new one
+    period: float          # of the device, s; 0.0 where stamps are the readings' own
+    cutoffs: np.ndarray    # of the joints, Hz
+    splines: list          # of the joints
 
     def at(self, t: np.ndarray, order: int) -> np.ndarray:
         """Return a derivative at times t, (len(t), n); NaN where nothing is vouched for."""

@@ -12,22 +12,12 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Samples:
-    """
-    Messages in the order in which they come.
+    """Messages in the order in which they come."""
 
-    Attributes
-    ----------
-    stamps: shape (N,), s
-    positions: shape (N, n)
-    velocities: shape (N, n), or None
-    ahead: by how much the stamps' clock is ahead of the truth's, shape (N,), s
-
-    """
-
-    stamps: np.ndarray
-    positions: np.ndarray
-    velocities: np.ndarray | None
-    ahead: np.ndarray
+    stamps: np.ndarray                # (N,), s
+    positions: np.ndarray             # (N, n)
+    velocities: np.ndarray | None     # (N, n)
+    ahead: np.ndarray                 # (N,), of the stamps' clock before the truth's, s
 
     def increasing(self) -> np.ndarray:
         """Return the rows whose stamp is later than all before."""

@@ -41,19 +41,10 @@ STAMP_ERROR, SCALE_ERROR = 5e-4, 0.03
 def reading_times(stamps: np.ndarray, positions: np.ndarray,
                   ) -> tuple[np.ndarray, np.ndarray, float]:
     """
-    Return when readings were taken, on the stamps' clock, and whether each is a new one.
+    Return when readings were taken, on the stamps' clock, which are new ones, and the period, s.
 
-    Parameters
-    ----------
-    stamps, positions
-        Increasing, shapes (N,) and (N, n).
-
-    Returns
-    -------
-    times, fresh, period
-        Shapes (N,); times of held readings are those of the reading; the device's period, s, or
-        0.0 where the stamps are the readings' own.
-
+    Stamps increase, shape (N,); positions are of shape (N, n). The time of a held reading is that
+    of the reading; the device's period is 0.0 where the stamps are the readings' own.
     """
     step = float(np.median(np.diff(stamps)))
     everything = np.ones(len(stamps), bool)

@@ -11,7 +11,6 @@ import statistics
 from struct import unpack_from
 import subprocess
 import time
-from types import TracebackType
 
 from geometry_msgs.msg import AccelStamped, TwistStamped
 import rclpy
@@ -58,12 +57,6 @@ class Trial:
     expected to lead to each of the outputs; the last one of them is counted.
 
     Several trials may be open at once: a node that is not driven hardly costs anything.
-
-    Attributes
-    ----------
-    start_s : float
-        Time from the start of the process to its first output [s].
-
     """
 
     def __init__(self, contender: Contender, robots: int) -> None:
@@ -74,7 +67,7 @@ class Trial:
         self._refill = False
         self._due: dict[int, float] = {}
         self._latencies: list[float] = []
-        self.start_s = 0.0
+        self.start_s = 0.0      # from the start of the process to its first output
 
     def __enter__(self) -> 'Trial':
         """Start the node, and make it ready to be timed."""
@@ -102,8 +95,7 @@ class Trial:
             self._close = stack.pop_all().close
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
-                 trace: TracebackType | None) -> None:
+    def __exit__(self, *_: object) -> None:
         """End the node."""
         self._close()
 

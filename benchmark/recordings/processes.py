@@ -8,25 +8,12 @@ import re
 
 
 class Family:
-    """
-    A process and its descendants, looked at now and then.
-
-    Parameters
-    ----------
-    pid : int
-        Of the first process.
-
-    Attributes
-    ----------
-    largest : float
-        Memory of the largest process at its worst, until the latest look [MiB].
-
-    """
+    """A process and its descendants, looked at now and then."""
 
     def __init__(self, pid: int) -> None:
         self._pid = pid
         self._threads: dict[Path, tuple[int, int]] = {}
-        self.largest = 0.0
+        self.largest = 0.0      # memory of the largest process at its worst so far [MiB]
 
     @property
     def busy(self) -> float:

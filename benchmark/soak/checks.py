@@ -22,27 +22,13 @@ STAMP_NS = 100_000
 
 @dataclass
 class Tally(CommonTally):
-    """
-    What was found about the outputs of a topic.
+    """What was found about the outputs of a topic, exact ones and estimates."""
 
-    Attributes
-    ----------
-    exact, estimated : int
-        How many were compared with the truth, by either bound.
-    unsettled : int
-        Estimates within or soon after a fault, not compared.
-    wrong, too_far : int
-        How many failed: not the sample's, an estimate too far from the truth.
-    worst_exact, worst_estimate : float
-        Greatest error of either.
-
-    """
-
-    exact: int = 0
-    estimated: int = 0
-    unsettled: int = 0
-    wrong: int = 0
-    too_far: int = 0
+    exact: int = 0          # compared with the truth, by the bound of the exact ones
+    estimated: int = 0      # the same by that of estimates
+    unsettled: int = 0      # estimates within or soon after a fault, not compared
+    wrong: int = 0          # not what follows from the sample
+    too_far: int = 0        # estimates too far from the truth
     worst_exact: float = 0.0
     worst_estimate: float = 0.0
 
@@ -54,44 +40,16 @@ class Tally(CommonTally):
 
 @dataclass
 class Permitted:
-    """
-    Which samples there are at present.
+    """Which samples there are at present."""
 
-    Attributes
-    ----------
-    rival : bool
-        Whether a second publisher has another motion.
-    unstamped : bool
-        Whether some samples, all the first of the motion, get their stamp from the node.
-    settled_from : list of int, or None
-        For each robot the tick from which on estimates have settled.
-    killed_at : list of int, or None
-        For each robot the next tick of a source that was killed.
-
-    """
-
-    rival: bool = False
-    unstamped: bool = False
-    settled_from: list[int] | None = None
-    killed_at: list[int] | None = None
+    rival: bool = False         # whether a second publisher has another motion
+    unstamped: bool = False     # whether the node stamps some, all of them the motion's first
+    settled_from: list[int] | None = None    # for each robot: tick from which estimates are good
+    killed_at: list[int] | None = None       # the same: next tick of a source that was killed
 
 
 class TopicCheck(Collector):
-    """
-    Collects the messages of a topic and checks them in batches.
-
-    Parameters
-    ----------
-    number : int
-        Of the robot.
-    robot : SoakRobot
-    output : str
-    progress : Progress
-        When which sample was published.
-    step : int
-        Ticks from one sample to the next.
-
-    """
+    """Collects the messages of a robot's topic and checks them; samples are a step apart."""
 
     def __init__(self, number: int, robot: SoakRobot, output: str, progress: Progress,
                  step: int = 1) -> None:

@@ -31,22 +31,7 @@ class Broken(RuntimeError):
 
 
 class Listening(ABC):
-    """
-    What every soak has: the node, other processes, a node here that listens.
-
-    Parameters
-    ----------
-    name : str
-        Of the node here.
-    directory : Path
-        For parameters and logs.
-
-    Attributes
-    ----------
-    diagnostics : DiagnosticArray
-        What the node said last.
-
-    """
+    """What every soak has: the node, other processes, a node here, of a name, that listens."""
 
     def __init__(self, name: str, directory: Path) -> None:
         self._directory = directory

@@ -28,15 +28,7 @@ SLOPE_MINUTES = 5.0
 
 @dataclass
 class Memory:
-    """
-    The memory of one process.
-
-    Parameters
-    ----------
-    samples : list of (float, float)
-        Instants [s, monotonic] and resident memory [KiB].
-
-    """
+    """The memory of one process: instants [s, monotonic] and resident memory [KiB]."""
 
     samples: list[tuple[float, float]] = field(default_factory=list)
 

@@ -27,23 +27,7 @@ def beginning(stamp_ns: int) -> bytes:
 
 
 def spoilt(kind: str, stamp_ns: int, names: Sequence[str], body: bytes, random: Random) -> bytes:
-    """
-    Return a message with something wrong in it.
-
-    Parameters
-    ----------
-    kind : str
-        One of `MALFORMED`.
-    stamp_ns : int
-        Stamp of a message that could be sent now.
-    names : sequence of str
-        The joints.
-    body : bytes
-        Of a right message.
-    random : Random
-        Chooses what is left open.
-
-    """
+    """Return a message with one of the faults of `MALFORMED`, made from a right one's parts."""
     names, position = list(names), [0.5] * len(names)
     if kind == 'negative':
         return beginning(-5_000_000_000) + body

@@ -22,20 +22,7 @@ KEEP = {'history': 'keep_last', 'reliability': 'reliable'}
 
 
 class Rig(Listening):
-    """
-    Everything that runs, and what it is told.
-
-    Parameters
-    ----------
-    directory : Path
-        For the parameters, logs, and what the processes tell each other.
-    rate : int
-        Samples of each robot in a second.
-    seed : int
-    relay : bool
-        Whether a bare relay runs beside the node.
-
-    """
+    """Everything that runs, a bare relay beside the node if wanted, and what it is told."""
 
     def __init__(self, directory: Path, rate: int, seed: int, relay: bool = False) -> None:
         super().__init__('soak', directory)

@@ -16,6 +16,7 @@ import numpy as np
 from screw_kinematics import models
 
 from ..node.robot import message_body, TIP, URDF
+from ..swinging import swing
 
 TICK_NS = 1_000_000
 SAMPLES = 5000      # the motion repeats after this many ticks
@@ -29,22 +30,11 @@ RIVAL_NS = TICK_NS // 2
 
 @dataclass(frozen=True)
 class SoakRobot:
-    """
-    A robot and how the node is to treat it.
-
-    Attributes
-    ----------
-    name : str
-    parameters : dict
-        Of the node, for this robot.
-    exact : tuple of str
-        Outputs that follow from one sample alone; the others are estimated over time.
-
-    """
+    """A robot and how the node is to treat it."""
 
     name: str
-    parameters: dict[str, Any]
-    exact: tuple[str, ...]
+    parameters: dict[str, Any]    # of the node, for this robot
+    exact: tuple[str, ...]        # outputs that follow from one sample; the others are estimated
 
     @property
     def outputs(self) -> tuple[str, ...]:
@@ -70,18 +60,10 @@ class SoakRobot:
 
     def motion(self, rival: bool = False) -> list[np.ndarray]:
         """Return positions, velocities and accelerations, each of shape (SAMPLES, n)."""
-        n = self.chain.dof
         random = np.random.default_rng([ord(c) for c in self.name] + [rival])
-        t = np.arange(SAMPLES)[:, None] * TICK_NS * 1e-9
-        out = [np.zeros((SAMPLES, n)) for _ in range(3)]
-        out[0] += np.linspace(0.3, 1.0, n)
-        for harmonic, amplitude in ((1, 0.3), (2, 0.1)):
-            w = 2 * np.pi * harmonic / (SAMPLES * TICK_NS * 1e-9)
-            phase = w * t + random.uniform(0, 2 * np.pi, n)
-            out[0] += amplitude * np.sin(phase)
-            out[1] += amplitude * w * np.cos(phase)
-            out[2] -= amplitude * w**2 * np.sin(phase)
-        return out
+        once = 1 / (SAMPLES * TICK_NS * 1e-9)
+        return swing(np.arange(SAMPLES) * TICK_NS * 1e-9, self.chain.dof, random,
+                     ((once, 0.3), (2 * once, 0.1)))
 
     def bodies(self, rival: bool = False) -> list[bytes]:
         """Return what follows the stamp in the message of each sample."""

@@ -12,19 +12,9 @@ class Progress:
     """
     Counts and times of a source, for another process to read, even after it was killed.
 
-    Parameters
-    ----------
-    file : Path
-        Made if it does not exist.
-    robots : int
-        How many robots there are.
-
-    Attributes
-    ----------
-    numbers : memoryview
-        ``[0]``: number of the last command that was done; ``[1]``: when the source was alive
-        last [ns, monotonic]; then for each robot what the methods say.
-
+    They are in a file that is made if it does not exist. ``numbers[0]`` is that of the last
+    command that was done, ``numbers[1]`` when the source was alive last [ns, monotonic]; then come
+    those of each robot, where the methods say.
     """
 
     def __init__(self, file: Path, robots: int) -> None:

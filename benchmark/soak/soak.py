@@ -70,19 +70,7 @@ class Result:
 
 
 class Soak:
-    """
-    A run.
-
-    Parameters
-    ----------
-    rig : Rig
-    seed : int
-    calm : float
-        How long nothing is wrong after each fault [s].
-    tell : callable
-        Told what goes on.
-
-    """
+    """A run, calm [s] after each fault; ``tell`` is told what goes on."""
 
     def __init__(self, rig: Rig, seed: int, calm: float, tell: Callable[[str], None]) -> None:
         self._rig, self._random, self._calm, self._tell = rig, Random(seed), calm, tell
@@ -95,17 +83,10 @@ class Soak:
 
     def run(self, seconds: float, names: list[str] | None = None) -> Result:
         """
-        Have faults for some time, but each kind once; return what was found.
+        Have faults of some kinds, by default all, for a while; return what was found.
 
-        The first faults are one of each kind in order, the others are random.
-
-        Parameters
-        ----------
-        seconds : float
-            Time after which no further episode begins.
-        names : list of str, optional
-            The kinds of faults; by default all.
-
+        The first ones are one of each kind in order, whatever time that takes; then they are drawn
+        at random.
         """
         rig, result = self._rig, self.result
         kinds = list(FAULTS) if names is None else names

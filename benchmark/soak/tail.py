@@ -16,12 +16,7 @@ Run = tuple[int, int]
 
 class Runs:
     """
-    The first and last tick of each unbroken run of samples.
-
-    Parameters
-    ----------
-    step : int
-        Ticks from one sample to the next.
+    The first and last tick of each unbroken run of samples, so many ticks apart.
 
     Examples
     --------
@@ -51,22 +46,9 @@ def check_tail(runs: list[Run], killed_at: int, step: int, missing: int) -> str:
     """
     Return what is wrong about the messages missing after a source was killed, or nothing.
 
-    Parameters
-    ----------
-    runs : list of (int, int)
-        Of the samples seen since the source before was started or resumed, until now.
-    killed_at : int
-        The next tick of the killed source.
-    step : int
-        Ticks from one sample to the next.
-    missing : int
-        Messages published, but not received.
-
-    Returns
-    -------
-    str
-        Empty if all messages were seen but the last ones before the end, as many as are
-        missing. The one in hand at the end may have been counted or not.
+    Runs are of the samples seen since the source before was started or resumed, until now. All
+    must have been seen but the last ones before the next tick of the killed source, as many as
+    were published and not received; the one in hand at the end may have been counted or not.
 
     Examples
     --------

@@ -15,22 +15,11 @@ EXAMPLES = 8
 
 @dataclass
 class Tally:
-    """
-    What was found about the outputs of a topic.
-
-    Attributes
-    ----------
-    received : int
-    not_finite : int
-        How many have something that is no number.
-    examples : list of str
-        The first things that were wrong, for reading.
-
-    """
+    """What was found about the outputs of a topic."""
 
     received: int = 0
     not_finite: int = 0
-    examples: list[str] = field(default_factory=list)
+    examples: list[str] = field(default_factory=list)    # the first things that were wrong
 
     def note(self, what: str, bad: np.ndarray, text: str) -> None:
         """Count those that are bad as an attribute; keep the text if there are few yet."""

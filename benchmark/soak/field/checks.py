@@ -20,16 +20,7 @@ SHARES = (0.0, 0.25, 0.5, 0.75, 1.0)
 
 
 class Sent:
-    """
-    The messages of one robot by their stamps.
-
-    Parameters
-    ----------
-    log : SentLog
-    number : int
-        Of the robot.
-
-    """
+    """The messages of the robot of a number by their stamps."""
 
     def __init__(self, log: SentLog, number: int) -> None:
         self._entries, self._counts = log.entries[number], log.counts[number]
@@ -56,33 +47,17 @@ class Sent:
 
 @dataclass
 class Tally(CommonTally):
-    """
-    What was found about the outputs of a topic.
+    """What was found about the outputs of a topic, errors in the deviations that they state."""
 
-    Attributes
-    ----------
-    judged : int
-        How many state a deviation; the others say that they know none.
-    strange : int
-        How many have a stamp that no message had.
-    beyond : int
-        How many are wrong by more than ten times the deviation that they state.
-    worst : float
-        The greatest error in such deviations.
-    usual : float
-        The mean square of that, whose root ought to be 1 or less.
-
-    """
-
-    judged: int = 0
-    strange: int = 0
-    beyond: int = 0
-    worst: float = 0.0
-    squares: float = 0.0
+    judged: int = 0         # that state a deviation; the others say that they know none
+    strange: int = 0        # with a stamp that no message had
+    beyond: int = 0         # wrong by more than ten deviations
+    worst: float = 0.0      # greatest error
+    squares: float = 0.0    # sum of the squared errors
 
     @property
     def usual(self) -> float:
-        """Return the root mean square of the errors in their deviations."""
+        """Return the root mean square of the errors, which ought to be 1 or less."""
         return float(np.sqrt(self.squares / self.judged)) if self.judged else 0.0
 
     @property
@@ -92,17 +67,7 @@ class Tally(CommonTally):
 
 
 class TopicCheck(Collector):
-    """
-    Collects the messages of a topic and checks them in batches.
-
-    Parameters
-    ----------
-    robot : FieldRobot
-    output : str
-    sent : Sent
-        What its driver has sent.
-
-    """
+    """Collects the messages of a topic and checks them in batches."""
 
     def __init__(self, robot: FieldRobot, output: str, sent: Sent) -> None:
         super().__init__()

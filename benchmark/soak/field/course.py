@@ -121,19 +121,7 @@ class Result:
 
 
 class Course:
-    """
-    A run.
-
-    Parameters
-    ----------
-    rig : Rig
-    seed : int
-    tell : callable
-        Told what goes on.
-    events : list of str
-        What may happen beside the stops: names of `EVENTS`.
-
-    """
+    """A run; of `EVENTS` only some may happen beside the stops. ``tell`` is told what goes on."""
 
     def __init__(self, rig: Rig, seed: int, tell: Callable[[str], None],
                  events: list[str]) -> None:

@@ -14,22 +14,11 @@ _ENTRY = np.dtype([('stamp', '<i8'), ('instant', '<f8'), ('sent', '<i8')])
 
 class SentLog:
     """
-    The latest messages of each robot.
+    The latest messages of each robot, in a file that is made if it does not exist.
 
-    Parameters
-    ----------
-    file : Path
-        Made if it does not exist.
-    robots : int
-
-    Attributes
-    ----------
-    counts : array of int, shape (robots, 2)
-        Messages published, and entries made.
-    entries : array, shape (robots, LENGTH)
-        Stamp [ns], instant that it stands for [s, from the beginning of the motion], and when
-        it was sent [ns, monotonic], of entry k at k modulo LENGTH.
-
+    Counts, of shape (robots, 2), are messages published, and entries made. Entries, of shape
+    (robots, LENGTH), are stamp [ns], instant that it stands for [s, from the beginning of the
+    motion], and when it was sent [ns, monotonic]; entry k is at k modulo LENGTH.
     """
 
     def __init__(self, file: Path, robots: int) -> None:

@@ -17,26 +17,12 @@ WINDOW = 0.2
 
 @dataclass
 class Recovery:
-    """
-    What came of a standstill.
+    """What came of a standstill."""
 
-    Attributes
-    ----------
-    lost : int
-        About how many messages did not reach the node: it tells its count now and then.
-    worst : float
-        Greatest latency afterwards [s].
-    on_time_after : float
-        Time until all outputs were on time again [s]; infinite if they were not within the limit.
-    rate : float
-        Outputs of all robots in a second while it caught up, at most.
-
-    """
-
-    lost: int = 0
-    worst: float = 0.0
-    on_time_after: float = float('inf')
-    rate: float = 0.0
+    lost: int = 0           # messages, about: the node tells its count now and then
+    worst: float = 0.0      # greatest latency afterwards [s]
+    on_time_after: float = float('inf')    # until all outputs were on time again [s]
+    rate: float = 0.0       # outputs of all robots in a second while it caught up, at most
 
     def __str__(self) -> str:
         return (f'on time after {self.on_time_after:.2f} s, {self.lost:,} messages lost, '
@@ -47,15 +33,7 @@ def recovery(rig: Rig, standstill: Callable[[], None], limit: float) -> Recovery
     """
     Let something stand still, and see how the node comes back.
 
-    Parameters
-    ----------
-    rig : Rig
-        With everything on time.
-    standstill : callable
-        Returns when it is over.
-    limit : float
-        Longest time to wait for outputs that are on time [s].
-
+    Everything is on time before; outputs that are on time again are awaited up to a limit [s].
     """
     found, lost = Recovery(), _lost(rig)
     earlier = [check.latencies.worst for check in rig.checks.values()]

@@ -31,26 +31,8 @@ class Rig(Listening):
     """
     Everything that runs, and what it is told.
 
-    Parameters
-    ----------
-    directory : Path
-        For parameters, logs, and what the drivers have sent.
-    every : float
-        Seconds between two settings of a clock.
-    queues : dict
-        Quality of service of the node's inputs, and how deep those of the publishers are.
-    robots : int
-        How many of the robots there are.
-
-    Attributes
-    ----------
-    models : list of set of int
-        For each robot the models that may be in use.
-    during : str
-        What is going on.
-    usage : list of (float, float, float)
-        Time [s, monotonic], memory [KiB] and CPU time [s] of the node, each second.
-
+    A clock is set every so many seconds; queues are the quality of service of the node's inputs,
+    and as deep are those of the publishers.
     """
 
     def __init__(self, directory: Path, every: float,
@@ -58,8 +40,9 @@ class Rig(Listening):
                  robots: int = len(ROBOTS)) -> None:
         super().__init__('field_soak', directory)
         self.robots = ROBOTS[:robots]
-        self.models = [{0} for _ in self.robots]
+        self.models = [{0} for _ in self.robots]    # that may be in use
         self.during = 'the start'
+        # Time [s, monotonic], memory [KiB] and CPU time [s] of the node, each second.
         self.usage: list[tuple[float, float, float]] = []
         log = SentLog(directory / 'sent', len(self.robots))
         self._published = log.counts[:, 0]

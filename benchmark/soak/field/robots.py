@@ -19,6 +19,7 @@ from screw_kinematics.tools.stamping import stampings
 
 from ..robots import BASES, CONFIG, DESCRIPTIONS
 from ...node.robot import message_body, TIP
+from ...swinging import swing
 
 RATE = 1000.0
 SAMPLES = 5000
@@ -68,31 +69,14 @@ def clock_set(every: float) -> Iterator[Message]:
 
 @dataclass(frozen=True)
 class FieldRobot:
-    """
-    A robot and its driver.
-
-    Attributes
-    ----------
-    name : str
-    description : str
-        Empty: from the topic.
-    way : callable
-        Yields the driver's messages.
-    latency : float
-        Mean time from a fresh reading to its stamp [s], which nobody can know.
-    velocity : bool
-        Whether velocities are measured.
-    delay : float
-        Of the estimates [s].
-
-    """
+    """A robot and its driver."""
 
     name: str
-    description: str
+    description: str    # empty: from the topic
     way: Callable[[float], Iterator[Message]]
-    latency: float
-    velocity: bool
-    delay: float
+    latency: float      # from a fresh reading to its stamp, on average [s]: nobody can know it
+    velocity: bool      # whether velocities are measured
+    delay: float        # of the estimates [s]
 
     @cached_property
     def chains(self) -> list[Any]:
@@ -111,17 +95,9 @@ class FieldRobot:
 
     def motion(self, t: np.ndarray) -> list[np.ndarray]:
         """Return positions, velocities and accelerations at instants [s], shape (N, n) each."""
-        n = self.chains[0].dof
-        random = np.random.default_rng([ord(c) for c in self.name])
-        out = [np.zeros((len(t), n)) for _ in range(3)]
-        out[0] += np.linspace(0.3, 1.0, n)
-        for harmonic, amplitude in ((1, 0.3), (3, 0.1), (7, 0.03)):
-            w = 2 * np.pi * harmonic * RATE / SAMPLES
-            phase = w * t[:, None] + random.uniform(0, 2 * np.pi, n)
-            out[0] += amplitude * np.sin(phase)
-            out[1] += amplitude * w * np.cos(phase)
-            out[2] -= amplitude * w**2 * np.sin(phase)
-        return out
+        random, once = np.random.default_rng([ord(c) for c in self.name]), RATE / SAMPLES
+        return swing(t, self.chains[0].dof, random,
+                     ((once, 0.3), (3 * once, 0.1), (7 * once, 0.03)))
 
     def bodies(self) -> list[bytes]:
         """Return what follows the stamp in the message with each reading."""
