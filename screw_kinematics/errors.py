@@ -13,7 +13,9 @@ from __future__ import annotations
 from array import array
 from collections.abc import Iterable
 from enum import Enum
+from importlib import import_module
 import sys
+from typing import Any
 
 __all__ = ['AssemblyModeError', 'ClosureError', 'InvalidValueError', 'MalformedMessageError',
            'MissingExtraError', 'ModelError', 'ParameterError', 'Reason', 'ScrewKinematicsError',
@@ -187,6 +189,14 @@ class MissingExtraError(ScrewKinematicsError, ImportError):
         super().__init__(
             f'{purpose} needs the package {package!r}, which {problem}; '
             f"install it with: pip install 'screw_kinematics[{extra}]'{otherwise}")
+
+
+def optional_module(module: str, extra: str, purpose: str, package: str = '') -> Any:
+    """Import a module of an optional dependency; raise MissingExtraError if that is not there."""
+    try:
+        return import_module(module)
+    except ImportError:
+        raise MissingExtraError(package or module.partition('.')[0], extra, purpose) from None
 
 
 class MalformedMessageError(ScrewKinematicsError, ValueError):

@@ -9,7 +9,7 @@ import re
 import shlex
 
 from .fields import listed, MAX_TEXT
-from ..errors import MissingExtraError, ModelError
+from ..errors import ModelError, optional_module
 
 _ARGUMENT = r'[A-Za-z_][\w.-]*:='
 _VALUE = r'''(?:"[^"]*"|'[^']*'|[^\s"'])*'''
@@ -52,10 +52,7 @@ def joined_arguments(file: str, arguments: Mapping[str, str]) -> str:
 
 def expand(source: str, path: Path, arguments: Mapping[str, str]) -> tuple[str, list[str]]:
     """Return the URDF of a xacro file, and warnings of arguments that it does not declare."""
-    try:
-        import xacro
-    except ImportError:
-        raise MissingExtraError('xacro', 'xacro', f'reading {source}') from None
+    xacro = optional_module('xacro', 'xacro', f'reading {source}')
     noted = _Arguments(arguments)
     try:
         text: str = xacro.process_file(str(path), mappings=noted).toxml()

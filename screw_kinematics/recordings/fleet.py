@@ -26,7 +26,7 @@ from .processing import Outcome, process, Task
 from .smoothing import MotionBlock
 from .sources import without_password
 from .states import Run
-from ..errors import MissingExtraError, ToolError
+from ..errors import optional_module, ToolError
 
 _LOCAL = {
     # Nobody looks at profiles, which cost some percent of each core.
@@ -68,23 +68,21 @@ def in_order(executor: Executor, ahead: int) -> Run:
 @contextmanager
 def cluster(scheduler: str | None, processes: int) -> Iterator[Any]:
     """Yield a client of a dask cluster: the scheduler's, or else one of its own, then ended."""
-    try:
-        import dask
-        from distributed import Client, LocalCluster
-    except ImportError:
-        raise MissingExtraError('distributed', 'fleet', 'processing many recordings at once (or '
-                                'one after another, with --processes 1)') from None
+    distributed = optional_module(
+        'distributed', 'fleet', 'processing many recordings at once (or one after another, with '
+        '--processes 1)')
     if scheduler is not None:
         try:
-            client = Client(scheduler, timeout=10)
+            client = distributed.Client(scheduler, timeout=10)
         except (OSError, ValueError, TimeoutError) as error:
             raise ToolError(f'{scheduler}: no dask scheduler answers: {error}') from None
         with client:
             yield client
         return
-    with dask.config.set(_LOCAL), LocalCluster(
+    from dask import config
+    with config.set(_LOCAL), distributed.LocalCluster(
             n_workers=processes, threads_per_worker=1, dashboard_address='127.0.0.1:0',
-            silence_logs=logging.ERROR) as local, Client(local) as client:
+            silence_logs=logging.ERROR) as local, distributed.Client(local) as client:
         yield client
 
 

@@ -17,7 +17,7 @@ import numpy as np
 from .recording import Sample
 from .table_columns import (by_name, by_number, echoed, is_stamp, named_unit, stamp_columns,
                             VELOCITY)
-from ..errors import MissingExtraError, ParameterError, ToolError
+from ..errors import optional_module, ParameterError, ToolError
 from ..messages.joint_state import JointSample
 from ..screws.se3 import Array
 
@@ -111,10 +111,7 @@ class JointTable:
 
     def _batches(self) -> Iterator[Any]:
         """Yield Arrow tables of some thousand rows."""
-        try:
-            import pyarrow
-        except ImportError:
-            raise MissingExtraError('pyarrow', 'bag', 'reading tables') from None
+        pyarrow = optional_module('pyarrow', 'bag', 'reading tables')
         try:
             for batch in self._read():
                 batch.schema.names      # decodes them

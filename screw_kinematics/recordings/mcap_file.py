@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 from zlib import crc32
 
 from .storage import Connection, Message, ros2_name, unpacked, zstd
-from ..errors import MissingExtraError
+from ..errors import MissingExtraError, optional_module
 
 MAGIC = b'\x89MCAP0\r\n'
 LARGEST_CHUNK = 1 << 30
@@ -244,7 +244,8 @@ def unpack(packed: bytes, compression: str, size: int) -> bytes:
     if compression == 'zstd':
         return bytes(zstd().ZstdDecompressor().decompress(packed, size))
     if compression == 'lz4':
-        return bytes(_lz4().LZ4FrameDecompressor().decompress(packed, size))
+        lz4 = optional_module('lz4.frame', 'bag', 'reading chunks compressed by lz4')
+        return bytes(lz4.LZ4FrameDecompressor().decompress(packed, size))
     if compression:
         raise ValueError(f'compressed by {compression!r}; allowed: zstd, lz4 or nothing')
     return packed[:size]
@@ -267,11 +268,3 @@ def _text(data: Any, at: int) -> tuple[str, int]:
     if end > len(data):
         raise TooShort('a text reaches beyond the end')
     return str(data[at + 4:end], 'utf-8'), end
-
-
-def _lz4() -> Any:
-    try:
-        import lz4.frame
-    except ImportError:
-        raise MissingExtraError('lz4', 'bag', 'reading chunks compressed by lz4') from None
-    return lz4.frame

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 from .joint_table import ENDINGS, JointTable, TableFormat
 from .recording import ALLOWED, FORMATS, METADATA, Recording
-from ..errors import MissingExtraError, ToolError
+from ..errors import optional_module, ToolError
 
 _STORAGES = tuple(ending + more for ending in ('.mcap', '.db3') for more in ('', '.zstd'))
 _RECORDINGS = (*(ending + more for ending in FORMATS for more in ('', '.zstd')), *ENDINGS)
@@ -166,12 +166,9 @@ def _remote(url: str) -> Iterator[tuple[str, tuple[int, str]]]:
 
 
 def _filesystem(url: str) -> tuple[Any, str]:
-    try:
-        from fsspec.core import url_to_fs
-    except ImportError:
-        raise MissingExtraError('fsspec', 'fleet', f'reading {without_password(url)}') from None
+    core = optional_module('fsspec.core', 'fleet', f'reading {without_password(url)}')
     with _named(url):
-        files, path = url_to_fs(url)
+        files, path = core.url_to_fs(url)
     return files, str(path)
 
 

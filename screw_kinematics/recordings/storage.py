@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, IO, NamedTuple, Protocol
 
-from ..errors import MissingExtraError
+from ..errors import optional_module
 
 CDR = 'cdr'
 ZSTD_MAGIC = b'\x28\xb5\x2f\xfd'
@@ -50,21 +50,15 @@ def zstd() -> Any:
     try:
         from compression import zstd    # from Python 3.14 on
     except ImportError:
-        try:
-            from backports import zstd
-        except ImportError:
-            raise MissingExtraError('backports.zstd', 'bag', 'reading compressed recordings'
-                                    ) from None
+        return optional_module('backports.zstd', 'bag', 'reading compressed recordings',
+                               'backports.zstd')
     return zstd
 
 
 def jazzy_types(what: str) -> Any:
     """Return rosbags' types of the messages of ROS 2 Jazzy, which something needs."""
-    try:
-        from rosbags.typesys import get_typestore, Stores
-    except ImportError:
-        raise MissingExtraError('rosbags', 'bag', what) from None
-    return get_typestore(Stores.ROS2_JAZZY)
+    typesys = optional_module('rosbags.typesys', 'bag', what)
+    return typesys.get_typestore(typesys.Stores.ROS2_JAZZY)
 
 
 def unpacked(message: Message, path: Path, damage: list[str]) -> Iterator[Message]:

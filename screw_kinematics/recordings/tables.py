@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from .history import History, QUANTITIES
-from ..errors import MissingExtraError, ToolError, UnknownNameError
+from ..errors import optional_module, ToolError, UnknownNameError
 from ..programs.quantities import find_quantity
 from ..screws.se3 import Array
 
@@ -61,7 +61,7 @@ class TableWriter:
     """
 
     def __init__(self, path: Path, quantities: Sequence[str], about: Mapping[str, str]) -> None:
-        arrow = self._arrow = _arrow()
+        arrow = self._arrow = optional_module('pyarrow', 'bag', 'writing tables')
         names = [name for quantity in quantities for name in columns(quantity)]
         self._schema = arrow.schema([
             arrow.field(name, kind, metadata={'unit': unit(name)}) for name, kind in
@@ -96,7 +96,7 @@ class TableWriter:
 
 def read_history(path: Path, quantities: Sequence[str]) -> History:
     """Return states out of a table."""
-    arrow = _arrow()
+    arrow = optional_module('pyarrow', 'bag', 'reading tables')
     if path.suffix not in ENDINGS:
         raise ToolError(f'{path}: allowed: a file ending in {" or ".join(ENDINGS)}')
     try:
@@ -126,11 +126,3 @@ def read_history(path: Path, quantities: Sequence[str]) -> History:
     return History.of_rows(
         about.get('robot', path.stem), about.get('base_frame', 'base'),
         about.get('tip_frame', 'tip'), table.column(STAMP).to_numpy(), rows)
-
-
-def _arrow() -> Any:
-    try:
-        import pyarrow
-    except ImportError:
-        raise MissingExtraError('pyarrow', 'bag', 'reading and writing tables') from None
-    return pyarrow

@@ -22,14 +22,11 @@ import numpy as np
 from ..chains.dh import CONVENTIONS, DHRow, place_rows
 from ..chains.joint import Joint
 from ..chains.serial_chain import SerialChain
-from ..errors import InvalidValueError, MissingExtraError, UnknownNameError
+from ..errors import InvalidValueError, optional_module, UnknownNameError
 from ..screws.rotations import rotation_about
 from ..screws.se3 import Array
 
-try:
-    import sympy
-except ImportError as error:
-    raise MissingExtraError('sympy', 'symbolic', 'exact geometry') from error
+sympy = optional_module('sympy', 'symbolic', 'exact geometry')
 
 __all__ = ['DHJoint', 'NEAR', 'dh_chain', 'elementwise', 'exact_chain', 'exact_decimal',
            'sympy_array']

@@ -20,18 +20,13 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+import sympy
+from sympy.simplify.fu import TR10i, TR5, TR6
 
 from .exact import elementwise, exact_chain, NEAR, sympy_array
 from ..chains.serial_chain import SerialChain
-from ..errors import MissingExtraError
 from ..screws.body_state import BodyState
 from ..screws.se3 import Array
-
-try:
-    import sympy
-    from sympy.simplify.fu import TR10i, TR5, TR6
-except ImportError as error:
-    raise MissingExtraError('sympy', 'symbolic', 'symbolic kinematics') from error
 
 __all__ = ['joint_symbols', 'parameter', 'simplify', 'six_vector', 'symbolic_state']
 

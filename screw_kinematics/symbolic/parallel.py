@@ -20,6 +20,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import sympy
 
 from .exact import exact_chain, exact_decimal, NEAR, sympy_array
 from .expressions import joint_symbols
@@ -27,18 +28,11 @@ from .wrench_forms import closed_postures, constant_work, wrench_forms, WrenchFo
 from ..chains.joint import Joint
 from ..chains.posture import Posture
 from ..chains.serial_chain import SerialChain
-from ..errors import MissingExtraError
 from ..parallel.closed_posture import ClosedPosture
 from ..parallel.manipulator import ParallelManipulator
 from ..screws.screw import prismatic_screw, unit_screw
 from ..screws.se3 import Array, cross, klein_form
 from ..screws.states import chain_states
-
-try:
-    import sympy
-except ImportError as error:
-    raise MissingExtraError('sympy', 'symbolic', 'formulas of parallel robots') from error
-
 
 ORDER = 3
 """Highest order of the equations: the jerk."""

@@ -16,17 +16,13 @@ import re
 from typing import Any
 
 import numpy as np
+import sympy
 
-from ..errors import InvalidValueError, MissingExtraError
+from ..errors import InvalidValueError
 from ..programs.assignments import assignments
 from ..programs.straight_line_program import StraightLineProgram
 from ..programs.tracing import Graph, straight_line
 from ..screws.vectors import cos, sin
-
-try:
-    import sympy
-except ImportError as error:
-    raise MissingExtraError('sympy', 'symbolic', 'writing formulas') from error
 
 _DOTS = {1: r'\dot', 2: r'\ddot', 3: r'\dddot', 4: r'\ddddot'}
 _COORDINATE = re.compile(r'(q|theta)(d{0,4})(\d+)')

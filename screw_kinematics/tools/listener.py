@@ -14,7 +14,7 @@ import numpy as np
 from rich.console import Console
 from rich.progress import Progress
 
-from ..errors import MissingExtraError, ParameterError
+from ..errors import optional_module, ParameterError
 from ..screws.rotations import rotation_from_quaternion
 from ..screws.se3 import Array
 
@@ -140,10 +140,7 @@ def rotation_of(message: Any) -> Array:
 
 def require_ros() -> None:
     """Raise MissingExtraError if ROS cannot be imported."""
-    try:
-        import rclpy    # noqa: F401
-    except ImportError:
-        raise MissingExtraError('rclpy', 'ros', 'talking to ROS') from None
+    optional_module('rclpy', 'ros', 'talking to ROS')
 
 
 def check_names(namespace: str, topics: Iterable[str]) -> None:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ..reference_motions import ReferenceMotion
-from ...errors import MissingExtraError, ParameterError, UnknownNameError
+from ...errors import optional_module, ParameterError, UnknownNameError
 from ...programs.quantities import find_quantity, order_of
 from ...recordings.history import History, QUANTITIES
 from ...screws.rotations import roll_pitch_yaw
@@ -24,10 +24,7 @@ ENDINGS = ('.png', '.svg', '.pdf')
 
 def pyplot() -> Any:
     """Return matplotlib's pyplot."""
-    try:
-        from matplotlib import pyplot as plt
-    except ImportError:
-        raise MissingExtraError('matplotlib', 'plot', 'drawing') from None
+    plt = optional_module('matplotlib.pyplot', 'plot', 'drawing')
     # The same picture on every machine.
     plt.rcParams.update({'svg.hashsalt': 'screw_kinematics',
                          'font.size': 9, 'axes.grid': True, 'grid.alpha': 0.3})

@@ -14,7 +14,7 @@ from .meshes import load_meshes
 from .motion import ShownMotion
 from .panel import Panel, SPAN
 from .scene import RobotScene
-from ...errors import MissingExtraError, ParameterError, ToolError
+from ...errors import optional_module, ParameterError, ToolError
 
 RATE = 30.0
 """How often the page is brought up to date [Hz]."""
@@ -24,9 +24,8 @@ _GAP = 1.6      # between robots, in sizes of one
 
 def open_server(host: str, port: int) -> Any:
     """Return a viser server that answers at an address."""
-    require_viser()
+    viser = require_viser()
     _try_address(host, port)
-    import viser
     server = viser.ViserServer(host=host, port=port, verbose=False)
     server.scene.set_up_direction('+z')
     return server
@@ -44,12 +43,9 @@ def _try_address(host: str, port: int) -> None:
             raise ToolError(f'nobody can answer there: {error.strerror}') from None
 
 
-def require_viser() -> None:
-    """Raise MissingExtraError if the page cannot be made."""
-    try:
-        import viser    # noqa: F401
-    except ImportError:
-        raise MissingExtraError('viser', 'view', 'showing robots in the browser') from None
+def require_viser() -> Any:
+    """Return viser; raise MissingExtraError if the page cannot be made."""
+    return optional_module('viser', 'view', 'showing robots in the browser')
 
 
 class Page:
