@@ -6,7 +6,6 @@ from __future__ import annotations
 import os
 from pathlib import Path
 import shutil
-from types import TracebackType
 
 
 class Unfinished:
@@ -26,9 +25,8 @@ class Unfinished:
         self.path.mkdir(parents=True)
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
-                 traceback: TracebackType | None) -> None:
-        if kind is None:
+    def __exit__(self, error: object, *_: object) -> None:
+        if error is None:
             self._put(self.path)
         shutil.rmtree(self.path)
 

@@ -3,10 +3,10 @@
 """Where the states of a recording go: a bag with the node's topics, tables, or a data set."""
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 import sqlite3
-from types import TracebackType
 from typing import Any, Protocol
 
 import numpy as np
@@ -49,7 +49,7 @@ class BagWriter:
                               storage_plugin=StoragePlugin[storage.upper()])
         self._path, self._namespace = path, namespace
         self._topics: dict[str, list[tuple[Any, MessageWriter | WrenchWriter]]] = {}
-        with _Told(path):
+        with _told(path):
             self._writer.open()
 
     def write(self, robot: RecordedRobot, block: StateBlock) -> None:
@@ -62,23 +62,23 @@ class BagWriter:
         of_base = [None] * len(motion) if block.base_variances is None else [
             BaseMotion(stamp, (), row) for stamp, row in zip(
                 block.stamps.tolist(), block.base_variances.tolist())]
-        for stamp, received, values, moving, unsure, base in zip(
-                block.stamps.tolist(), block.received.tolist(), block.values.tolist(), motion,
-                variances, of_base):
-            state = State(stamp, values, Motion(stamp, moving, unsure), robot.order, base)
-            for connection, writer in self._topics[name]:
-                message = writer.encode(state)
-                if isinstance(message, Reason):
-                    assert robot.sensor is not None
-                    robot.sensor.left_out[message] += 1
-                else:
-                    # Played back together with the recording, states come when the samples come.
-                    with _Told(self._path):
+        with _told(self._path):
+            for stamp, received, values, moving, unsure, base in zip(
+                    block.stamps.tolist(), block.received.tolist(), block.values.tolist(), motion,
+                    variances, of_base):
+                state = State(stamp, values, Motion(stamp, moving, unsure), robot.order, base)
+                for connection, writer in self._topics[name]:
+                    message = writer.encode(state)
+                    if isinstance(message, Reason):
+                        assert robot.sensor is not None
+                        robot.sensor.left_out[message] += 1
+                    else:
+                        # Played back with the recording, states come when the samples come.
                         self._writer.write(connection, received, message)
 
     def close(self) -> None:
         """Write the rest."""
-        with _Told(self._path):
+        with _told(self._path):
             self._writer.close()
 
     def _advertise(self, robot: RecordedRobot,
@@ -100,19 +100,13 @@ class BagWriter:
             full_name(self._namespace, topic), type_name, typestore=self._types)
 
 
-class _Told:
-    """Tells of a database that cannot be written by an error of the package."""
-
-    def __init__(self, path: Path) -> None:
-        self._path = path
-
-    def __enter__(self) -> None:
-        pass
-
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
-                 traceback: TracebackType | None) -> None:
-        if isinstance(error, sqlite3.Error):
-            raise ToolError(f'{self._path.name} cannot be written: {error}') from error
+@contextmanager
+def _told(path: Path) -> Iterator[None]:
+    """Tell of a database that cannot be written by an error of the package."""
+    try:
+        yield
+    except sqlite3.Error as error:
+        raise ToolError(f'{path.name} cannot be written: {error}') from error
 
 
 class TablesWriter:

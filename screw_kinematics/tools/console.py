@@ -18,7 +18,7 @@ import sys
 from typing import Any, NoReturn
 
 from .. import __version__, core
-from ..errors import ScrewKinematicsError
+from ..errors import ScrewKinematicsError, ToolError
 from ..node.main import without_ros_arguments
 
 OK, FOUND_PROBLEMS, FAILED = 0, 1, 2
@@ -82,10 +82,11 @@ def complete(options: argparse.ArgumentParser) -> None:
         autocomplete(options)
 
 
-def in_the_way(places: Iterable[Path]) -> str:
-    """Return what to say of what is where outputs shall go; empty if nothing is."""
-    there = [place for place in places if place.exists()]
-    return f'{there[0]} exists already; choose another output, or --force' if there else ''
+def keep_existing(places: Iterable[Path], force: bool) -> None:
+    """Raise ToolError if something exists where outputs shall go, unless it is to be lost."""
+    for place in places:
+        if place.exists() and not force:
+            raise ToolError(f'{place} exists already; choose another output, or --force')
 
 
 def run(tool: Callable[[argparse.Namespace], int], options: argparse.ArgumentParser,

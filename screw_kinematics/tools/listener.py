@@ -7,7 +7,6 @@ from collections import deque
 from collections.abc import Iterable, Iterator, Mapping
 from functools import partial
 import time
-from types import TracebackType
 from typing import Any, TypeVar
 
 import numpy as np
@@ -81,8 +80,7 @@ class Listener:
     def __enter__(self: This) -> This:
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
-                 traceback: TracebackType | None) -> None:
+    def __exit__(self, *_: object) -> None:
         self._executor.shutdown()
         self.node.destroy_node()
         self._context.try_shutdown()

@@ -84,7 +84,3 @@ def _complete(options: argparse.ArgumentParser, names: Sequence[str]) -> None:
         os.environ[console.COMPLETING] = '2'
         import_module(f'{__package__}.{before[0]}.main').main([])
     console.complete(options)
-
-
-if __name__ == '__main__':
-    raise SystemExit(main())

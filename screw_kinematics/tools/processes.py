@@ -11,7 +11,6 @@ import signal
 import subprocess
 import sys
 import tempfile
-from types import TracebackType
 from typing import IO
 
 from ..errors import ToolError
@@ -36,8 +35,7 @@ class Children:
     def __enter__(self) -> Children:
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
-                 traceback: TracebackType | None) -> None:
+    def __exit__(self, *_: object) -> None:
         for _, process, _ in reversed(self._running):
             _signal_group(process, signal.SIGTERM)
         for _, process, output in reversed(self._running):

@@ -39,7 +39,7 @@ def processes(namespace):
 def start(namespace, *arguments):
     """Start a demo whose output is read by the test."""
     return subprocess.Popen(
-        [sys.executable, '-u', '-m', 'screw_kinematics.tools.demo.main', '--namespace', namespace,
+        [sys.executable, '-u', '-m', 'screw_kinematics', 'demo', '--namespace', namespace,
          *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
 
@@ -69,7 +69,7 @@ def test_once_prints_a_state_near_the_exact_one(namespace, options):
 
 
 def test_two_demos_do_not_mix(ros_domain):
-    arguments = [sys.executable, '-m', 'screw_kinematics.tools.demo.main', '--once']
+    arguments = [sys.executable, '-m', 'screw_kinematics', 'demo', '--once']
     runs = [subprocess.Popen(arguments, stdout=subprocess.PIPE, text=True) for _ in range(2)]
     for run in runs:
         out, _ = run.communicate(timeout=2 * LIMIT)
@@ -139,8 +139,8 @@ def test_wrong_names_of_the_source_are_one_line(capsys, options, message):
 def test_the_source_gets_the_arguments_of_ros_by_the_one_command(words, message):
     """Those that are wrong are told; those that are right were passed over, too."""
     found = subprocess.run(
-        [sys.executable, '-m', 'screw_kinematics.tools.main', 'joint_state_source', '--ros-args',
-         *words], capture_output=True, text=True, timeout=LIMIT)
+        [sys.executable, '-m', 'screw_kinematics', 'joint_state_source', '--ros-args', *words],
+        capture_output=True, text=True, timeout=LIMIT)
     assert found.returncode == 2 and message in found.stderr.splitlines()[-1]
 
 

@@ -98,8 +98,8 @@ def test_the_demo_offers_the_page(ros_domain):
         probe.bind(('127.0.0.1', 0))
         port = probe.getsockname()[1]
     run = subprocess.Popen(
-        [sys.executable, '-u', '-m', 'screw_kinematics.tools.demo.main', '--view', '--port',
-         str(port), '--duration', '5'], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        [sys.executable, '-u', '-m', 'screw_kinematics', 'demo', '--view', '--port', str(port),
+         '--duration', '5'], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     for line in run.stdout:
         if line.startswith(f'http://127.0.0.1:{port} shows puma560'):
             break

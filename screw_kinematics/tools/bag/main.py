@@ -18,7 +18,6 @@ from functools import partial
 import multiprocessing
 import os
 from pathlib import Path
-import sys
 
 from .account import Bar, print_single, summary_table
 from .report import write_report
@@ -92,9 +91,7 @@ def _bag(arguments: argparse.Namespace) -> int:
         outcomes = _many(arguments, tasks)
         print(summary_table(outcomes))
     else:
-        problem = '' if arguments.force else console.in_the_way(tasks[0].places())
-        if problem:
-            raise ToolError(problem)
+        console.keep_existing(tasks[0].places(), arguments.force)
         with Bar(tasks) as bar, _runner(arguments) as run:
             outcomes = [process(tasks[0], run, partial(bar.advance, tasks[0]))]
         if outcomes[0].error:
@@ -141,12 +138,11 @@ def _many(arguments: argparse.Namespace, tasks: Sequence[Task]) -> list[Outcome]
     before = {task.name: None if arguments.force or not recorded else records.done_before(task)
               for task in tasks}
     for task in tasks:
-        # What no earlier run has written is somebody's.
-        problem = '' if arguments.force or records.known(task) else (
-            console.in_the_way(task.places()))
-        if problem:
+        try:        # what no earlier run has written is somebody's
+            console.keep_existing(task.places(), arguments.force or records.known(task))
+        except ToolError as error:
             before[task.name] = Outcome(task.name, without_password(task.source.place), 0,
-                                        error=problem)
+                                        error=str(error))
     left = [task for task in tasks if before[task.name] is None]
     done = {name: outcome for name, outcome in before.items() if outcome is not None}
     unchanged = sum(outcome.before for outcome in done.values())
@@ -192,7 +188,3 @@ def _runner(arguments: argparse.Namespace) -> Iterator[Run]:
         yield in_order(pool, 2 * processes)
     finally:
         pool.shutdown(cancel_futures=True)
-
-
-if __name__ == '__main__':
-    sys.exit(main())

@@ -202,7 +202,3 @@ def _recommend(label: str, stream: JointStream, model: Any, delay: float,
     names = [stream.names[i] for i in columns]
     yield from recommend(label, names, time[good], position[good], measured,
                          [wraps[name] for name in names], delay)
-
-
-if __name__ == '__main__':
-    raise SystemExit(main())

@@ -11,7 +11,6 @@ from __future__ import annotations
 import argparse
 from collections.abc import Sequence
 from contextlib import suppress
-import sys
 import time
 from typing import Any
 
@@ -153,7 +152,3 @@ class _Watch(Listener):
             if len({stamp_of(message) for message in newest}) == 1:
                 return newest
             self.listen(0.001)
-
-
-if __name__ == '__main__':
-    sys.exit(main())

@@ -19,7 +19,7 @@ from .parallel import parallel_files
 from .request import function_name, Request
 from .serial import serial_files
 from .. import console, robot_options
-from ...errors import ParameterError, ToolError
+from ...errors import ParameterError
 from ...parallel import ParallelManipulator
 from ...programs.quantities import find_quantity, NAMES
 from ...screws.reference import FRAMES
@@ -108,9 +108,7 @@ def _check_output(arguments: argparse.Namespace) -> None:
                              'beside it')
     files = [output, output.with_suffix('.h')] if arguments.format == 'c' else [output]
     # A device is no file that could be lost.
-    problem = '' if arguments.force else console.in_the_way(filter(Path.is_file, files))
-    if problem:
-        raise ToolError(problem)
+    console.keep_existing(filter(Path.is_file, files), arguments.force)
 
 
 def _say(text: str) -> None:
@@ -130,7 +128,3 @@ def _write(files: dict[str, str], name: str, output: Path | None) -> None:
                                            f'#include "{output.with_suffix(".h").name}"', 1))
     for ending, text in others:
         output.with_suffix(ending).write_text(text)
-
-
-if __name__ == '__main__':
-    raise SystemExit(main())

@@ -11,7 +11,6 @@ import argparse
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-import sys
 
 import numpy as np
 
@@ -140,7 +139,3 @@ def _clock(motion: LinkMotion, stamps: Array, values: Array) -> ClockOffset | No
     certain = clock.deviation < VAGUE and clock.shares[0] > UNRELATED
     apart = abs(clock.offset) > max(_LEAST_OFFSET, 4 * clock.deviation)
     return clock if certain and apart else None
-
-
-if __name__ == '__main__':
-    raise SystemExit(main(sys.argv[1:]))

@@ -16,7 +16,7 @@ from .histories import check_ending, draw_history, ENDINGS, motion_history, pypl
 from .space import draw_space
 from .. import console, robot_options
 from ..reference_motions import MOTIONS
-from ...errors import ParameterError, ShapeError, ToolError
+from ...errors import ParameterError, ShapeError
 from ...recordings.history import History, QUANTITIES
 from ...recordings.recorded_states import read_bag_histories
 from ...recordings.tables import ENDINGS as TABLES, read_history
@@ -87,9 +87,7 @@ def _plot(arguments: argparse.Namespace) -> int:
     output = arguments.output
     if output is not None:
         check_ending(output, 'output')
-        problem = '' if arguments.force else console.in_the_way([output])
-        if problem:
-            raise ToolError(problem)
+        console.keep_existing([output], arguments.force)
         plt.switch_backend('agg')
     figure = arguments.draw(arguments)
     if output is not None:
@@ -159,7 +157,3 @@ def _words(text: str) -> list[str]:
 
 def _numbers(text: str) -> list[float]:
     return [float(word) for word in text.split(',')]
-
-
-if __name__ == '__main__':
-    raise SystemExit(main())

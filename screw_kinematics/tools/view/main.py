@@ -15,7 +15,6 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
-import sys
 import time
 
 from .live import LiveRobots, look_around
@@ -177,7 +176,3 @@ def _show(arguments: argparse.Namespace, motions: Sequence[ShownMotion], live: b
                 wait(max(1 / RATE - (time.monotonic() - now), 1e-3))
     finally:
         server.stop()
-
-
-if __name__ == '__main__':
-    sys.exit(main())
