@@ -12,8 +12,6 @@ import numpy as np
 from ..core.covariance import ThroughJacobian
 from ..screws.se3 import Array
 
-__all__ = ['through_jacobian']
-
 
 def through_jacobian(jacobian: Sequence[float] | Array, variances: Sequence[float],
                      together: Sequence[Sequence[float]] = (), made: Sequence[float] = (),
@@ -27,23 +25,12 @@ def through_jacobian(jacobian: Sequence[float] | Array, variances: Sequence[floa
     takes to change. The exception is an instant that is not known: it changes J as much as the
     rates.
 
-    Parameters
-    ----------
-    jacobian : sequence of 6 * n float, or array, shape (rows, n)
-        d twist / d qd, row by row, angular rows first; or any rows of it.
-    variances : sequence of n float
-        Variances of the joints' rates or accelerations; NaN where not known.
-    together : sequence of sequences of n float, optional
-        Deviations, part of these, that all joints have at once: by how much their rates change
-        where the instant is later, or the clock faster, by its standard deviation.
-    made : sequence of 6 float, or of rows, optional
-        What the first of these makes of the vector, where J changes too; default: J times it.
-
-    Returns
-    -------
-    list of 36 float, or of rows * rows
-        Row by row, angular first. All zero, which means "not known" in ROS messages, if the
-        variance of a joint is not known.
+    Numbers are row by row, angular rows first: the Jacobian d twist / d qd or any rows of it, and
+    the covariance, all zero, which means "not known" in ROS messages, if a variance is NaN, not
+    known. Together: deviations, part of these variances, that all joints have at once, by how
+    much their rates change where the instant is later, or the clock faster, by its standard
+    deviation. Made: what the first of these makes of the vector, where J changes too; default: J
+    times it.
 
     Examples
     --------

@@ -16,53 +16,24 @@ from ..screws.rigid import rigid_displacement
 from ..screws.rotations import pose, turn
 from ..screws.se3 import Array
 
-__all__ = ['CONVENTIONS', 'DHRow', 'place_rows']
-
 CONVENTIONS = ('standard', 'modified')
 
 
 @dataclass(frozen=True)
 class DHRow:
-    """
-    The numbers of one row, in the letters of both conventions.
+    """The numbers of one row, in the letters of both conventions."""
 
-    Parameters
-    ----------
-    a, alpha : float
-        Length [m] and twist [rad] of the link along and about x: of the one after the
-        joint (standard) or before it (modified).
-    d, theta : float
-        Offset [m] and angle [rad] along and about the joint's axis z, at q = 0.
-
-    """
-
-    a: float
-    alpha: float
-    d: float
+    a: float        # length [m] and twist [rad] of the link along and about x: of the one
+    alpha: float    # after the joint (standard) or before it (modified)
+    d: float        # offset [m] and angle [rad] along and about the joint's axis z, at q = 0
     theta: float
 
     def link(self) -> Array:
-        """
-        Return the displacement along and about x.
-
-        Returns
-        -------
-        array, shape (4, 4)
-            Of the link.
-
-        """
+        """Return the displacement along and about x."""
         return pose(turn('x', self.alpha), (self.a, 0.0, 0.0))
 
     def joint(self) -> Array:
-        """
-        Return the displacement along and about z at q = 0.
-
-        Returns
-        -------
-        array, shape (4, 4)
-            Of the joint.
-
-        """
+        """Return the displacement along and about z at q = 0."""
         return pose(turn('z', self.theta), (0.0, 0.0, self.d))
 
 
@@ -71,27 +42,8 @@ def place_rows(rows: list[DHRow], convention: str,
     """
     Return the frames whose z axes are the joints' axes, and the last frame, at q = 0.
 
-    Parameters
-    ----------
-    rows : list of DHRow
-        From base to tip.
-    convention : {'standard', 'modified'}
-        Standard: joint first, ``Rz(theta) Tz(d) Tx(a) Rx(alpha)``;
-        modified: link first, ``Rx(alpha) Tx(a) Rz(theta) Tz(d)``.
-    T_base_first : array, shape (4, 4)
-        Pose of the frame the first row starts from, in the base frame [m].
-
-    Returns
-    -------
-    frames : list of array, shape (4, 4)
-        One for each row.
-    last : array, shape (4, 4)
-        The frame the last row ends with.
-
-    Raises
-    ------
-    ShapeError, InvalidValueError
-        T_base_first is no rigid displacement within 1e-9.
+    Standard: joint first, ``Rz(theta) Tz(d) Tx(a) Rx(alpha)``; modified: link first,
+    ``Rx(alpha) Tx(a) Rz(theta) Tz(d)``. The first row starts from T_base_first.
 
     Examples
     --------

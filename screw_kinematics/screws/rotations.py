@@ -4,6 +4,8 @@
 Rotations and poses in the forms that people, files and messages write them.
 
 Axis and angle, rotation vectors, roll-pitch-yaw, unit quaternions (x, y, z, w, as in ROS).
+A matrix maps the coordinates of a vector to those of the turned one; all may be batches, the
+axes of their own last. What is no rotation within 1e-6 is an InvalidValueError.
 Quarter turns from a description come out exact: a file's pi / 2 has
 a cosine of 6e-17 in floating point, which is below the rounding of the angle itself; as an
 exact zero it lets the traced program drop every product with it.
@@ -18,9 +20,6 @@ import numpy as np
 
 from .rigid import checked_rotation
 from .vectors import Array, cos, sin, skew
-
-__all__ = ['pose', 'quaternion_from_rotation', 'quaternion_from_row', 'roll_pitch_yaw',
-           'rotation_about', 'rotation_from_quaternion', 'rotation_rpy', 'rotation_vector', 'turn']
 
 _ROUNDING = 4 * np.finfo(float).eps
 _IDENTITY = np.eye(3, dtype=int)
@@ -57,19 +56,7 @@ def rotation_about(axis: Array, angle: Any) -> Array:
 
 def turn(axis: str, angle: float) -> Array:
     """
-    Return the rotation about a coordinate axis, exact for quarter turns.
-
-    Parameters
-    ----------
-    axis : {'x', 'y', 'z'}
-        Which one.
-    angle : float
-        [rad]
-
-    Returns
-    -------
-    array, shape (3, 3)
-        Maps coordinates to those of the turned vector.
+    Return the rotation matrix about an axis x, y or z by an angle [rad], exact for quarter turns.
 
     Examples
     --------
@@ -90,21 +77,7 @@ def turn(axis: str, angle: float) -> Array:
 
 def rotation_rpy(roll: float, pitch: float, yaw: float) -> Array:
     """
-    Return the rotation of roll, pitch, yaw about the fixed axes x, y, z, in this order.
-
-    Parameters
-    ----------
-    roll, pitch, yaw : float
-        [rad]
-
-    Returns
-    -------
-    array, shape (3, 3)
-        Exact for quarter turns.
-
-    References
-    ----------
-    URDF specification, element ``origin``.
+    Return the matrix of turns [rad] about the fixed axes x, y, z, in this order, as in URDF.
 
     Examples
     --------
@@ -117,22 +90,9 @@ def rotation_rpy(roll: float, pitch: float, yaw: float) -> Array:
 
 def roll_pitch_yaw(rotation: Array) -> Array:
     """
-    Return the angles about the fixed axes x, y, z, as URDF has them.
+    Return the angles [rad] of matrices about the fixed axes x, y, z, as in URDF.
 
-    Parameters
-    ----------
-    rotation : array, shape (..., 3, 3)
-        Rotation matrices.
-
-    Returns
-    -------
-    array, shape (..., 3)
-        In rad; roll and yaw are not unique where the pitch is a quarter turn.
-
-    Raises
-    ------
-    ShapeError, InvalidValueError
-        It is no rotation within 1e-6.
+    Roll and yaw are not unique where the pitch is a quarter turn.
 
     Examples
     --------
@@ -149,17 +109,9 @@ def roll_pitch_yaw(rotation: Array) -> Array:
 
 def rotation_from_quaternion(quaternion: Array) -> Array:
     """
-    Return the rotation matrix of a quaternion.
+    Return the rotation matrices of quaternions of any length but 0.
 
-    Parameters
-    ----------
-    quaternion : array, shape (..., 4)
-        x, y, z, w, as in messages; of any length but 0.
-
-    Returns
-    -------
-    array, shape (..., 3, 3)
-        Exact for quarter turns about the coordinate axes.
+    Exact for quarter turns about the coordinate axes.
 
     Examples
     --------
@@ -185,21 +137,6 @@ def quaternion_from_rotation(rotation: Array) -> Array:
     Return the unit quaternions of rotation matrices.
 
     Of the two that exist, the one with w >= 0.
-
-    Parameters
-    ----------
-    rotation : array, shape (..., 3, 3)
-        Rotation matrices.
-
-    Returns
-    -------
-    array, shape (..., 4)
-        x, y, z, w.
-
-    Raises
-    ------
-    ShapeError, InvalidValueError
-        It is no rotation within 1e-6.
 
     References
     ----------
@@ -235,16 +172,6 @@ def quaternion_from_row(rotation: Sequence[float]) -> tuple[float, float, float,
 
     The same as :func:`quaternion_from_rotation`, forty times as fast for a single sample.
 
-    Parameters
-    ----------
-    rotation : sequence of 9 float
-        The rotation matrix, row by row.
-
-    Returns
-    -------
-    tuple of 4 float
-        x, y, z, w.
-
     Examples
     --------
     >>> quaternion_from_row([1, 0, 0, 0, -1, 0, 0, 0, -1])
@@ -271,21 +198,7 @@ def rotation_vector(rotation: Array) -> Array:
     """
     Return axis times angle, the angle in [0, pi]; accurate at 0, at pi and in between.
 
-    Parameters
-    ----------
-    rotation : array, shape (..., 3, 3)
-        Rotation matrices.
-
-    Returns
-    -------
-    array, shape (..., 3)
-        In rad. Its length is how far one orientation is from another, for
-        ``rotation = R1.T @ R2``.
-
-    Raises
-    ------
-    ShapeError, InvalidValueError
-        It is no rotation within 1e-6.
+    Of ``R1.T @ R2``, its length is how far one orientation is from the other [rad].
 
     Examples
     --------
@@ -303,24 +216,7 @@ def rotation_vector(rotation: Array) -> Array:
 
 def pose(rotation: Any = None, translation: Any = (0.0, 0.0, 0.0)) -> Array:
     """
-    Return the homogeneous matrices of rotations and translations.
-
-    Parameters
-    ----------
-    rotation : array, shape (..., 3, 3), optional
-        Default: none.
-    translation : array, shape (..., 3)
-        [m]
-
-    Returns
-    -------
-    array, shape (..., 4, 4)
-        Maps coordinates of the placed frame to those of the other.
-
-    Raises
-    ------
-    ShapeError, InvalidValueError
-        `rotation` is none.
+    Return the homogeneous matrices of rotations (default: none) and translations [m].
 
     Examples
     --------

@@ -159,27 +159,9 @@ class DHJoint(DHRow):
     kind: str = 'revolute'
 
     def link(self) -> Array:
-        """
-        Return the displacement along and about x.
-
-        Returns
-        -------
-        array, shape (4, 4)
-            Of the link.
-
-        """
         return _displacement([1, 0, 0], self.alpha, self.a)
 
     def joint(self) -> Array:
-        """
-        Return the displacement along and about z at q = 0.
-
-        Returns
-        -------
-        array, shape (4, 4)
-            Of the joint.
-
-        """
         return _displacement([0, 0, 1], self.theta, self.d)
 
 

@@ -13,7 +13,6 @@ The paper, section 4.2, for the motion of the PUMA robot.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import perm
 from typing import Protocol
 
 import numpy as np
@@ -84,7 +83,7 @@ class MinimumJerk:
 
     """
 
-    _COEFFICIENTS = np.array([0.0, 0.0, 0.0, 10.0, -15.0, 6.0])
+    _SHARE = np.polynomial.Polynomial([0.0, 0.0, 0.0, 10.0, -15.0, 6.0])
 
     def __init__(self, start: Array, goal: Array, duration: float = 2.0,
                  rest: float = 0.5) -> None:
@@ -101,19 +100,13 @@ class MinimumJerk:
         back = np.mod(move, 2) == 1
         out = []
         for n in range(order + 1):
-            value = _polynomial_derivative(self._COEFFICIENTS, s, n) / self._duration**n
+            value = self._SHARE.deriv(n)(s) / self._duration**n
             if n == 0:
                 value = np.where(back, 1.0 - value, value)
             else:
                 value = np.where(moving, np.where(back, -value, value), 0.0)
             out.append(value[..., None] * self._step + (self._start if n == 0 else 0.0))
         return out
-
-
-def _polynomial_derivative(coefficients: Array, s: Array, n: int) -> Array:
-    powers = range(n, len(coefficients))
-    terms = [coefficients[k] * perm(k, n) * s**(k - n) for k in powers]
-    return np.sum(terms, axis=0) if terms else np.zeros_like(s)
 
 
 def reference_motion(name: str, kinds: Sequence[str],
