@@ -12,7 +12,6 @@ trusted is found by simulation: `Twin`, whose truth is known, is put through the
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from benchmark.estimation.samples import Samples
@@ -217,23 +216,19 @@ def _quantum(readings: np.ndarray) -> float:
     return 0.0
 
 
-def floor(samples: Samples, reference: Reference, seeds: Sequence[int] = (0,),
-          within: bool = False) -> np.ndarray:
+def floor(samples: Samples, reference: Reference, within: bool = False) -> np.ndarray:
     """
-    Return by how much the reference misses the acceleration of twins, RMS, shape (n,).
+    Return by how much the reference misses the acceleration of a twin, RMS, shape (n,).
 
     That is the noise it lets pass and, unless only what is `within` its cutoff is called motion,
     what of the motion goes on above.
     """
-    missed = []
     t = reference.times[reference.fresh]
-    for seed in seeds:
-        twin = twin_of(samples, reference, seed)
-        again_times, fresh, _ = reading_times(twin.samples.stamps, twin.samples.positions)
-        again = _through(replace(reference, times=again_times, fresh=fresh),
-                         twin.samples.positions[fresh])
-        truth = twin.truth if not within else _through(
-            reference, np.stack([spline(t) for spline in twin.truth.splines], axis=1))
-        missed.append(np.nanmean(
-            (again.at(samples.stamps, 2) - truth.at(samples.stamps, 2))**2, axis=0))
-    return np.sqrt(np.mean(missed, axis=0))
+    twin = twin_of(samples, reference)
+    again_times, fresh, _ = reading_times(twin.samples.stamps, twin.samples.positions)
+    again = _through(replace(reference, times=again_times, fresh=fresh),
+                     twin.samples.positions[fresh])
+    truth = twin.truth if not within else _through(
+        reference, np.stack([spline(t) for spline in twin.truth.splines], axis=1))
+    missed = again.at(samples.stamps, 2) - truth.at(samples.stamps, 2)
+    return np.sqrt(np.nanmean(missed**2, axis=0))   # type: ignore[no-any-return]

@@ -16,8 +16,7 @@ from rclpy.logging import get_logger
 from rclpy.task import Future
 
 from .stop_request import StopRequest
-
-NAME = 'kinematic_state_publisher'
+from ..pipeline.parameter_file import NODE_NAME
 
 STEP = 1.0
 """Length of a step [s]: the longest delay of a signal while no callback runs. The node's own
@@ -54,7 +53,7 @@ def spin(executor: Executor, stop: StopRequest) -> None:
             break
         except Exception as error:
             problem = ' '.join(str(error).split()) or type(error).__name__
-            get_logger(NAME).error(f'passed over: {problem}', throttle_duration_sec=1.0)
+            get_logger(NODE_NAME).error(f'passed over: {problem}', throttle_duration_sec=1.0)
     stop.interrupt = None
 
 

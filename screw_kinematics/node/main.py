@@ -16,7 +16,7 @@ from typing import NoReturn, TYPE_CHECKING
 
 # Nothing that takes long is imported before the signals are taken.
 from .stop_request import StopRequest
-from ..errors import InvalidValueError, MissingExtraError, ScrewKinematicsError
+from ..errors import InvalidValueError, MissingExtraError, optional_module, ScrewKinematicsError
 
 if TYPE_CHECKING:
     from .node import Before
@@ -155,11 +155,8 @@ def initialise(args: list[str]) -> None:
         Arguments of ROS are wrong, or it cannot write its logs.
 
     """
-    try:
-        import rclpy
-        from rclpy.signals import SignalHandlerOptions
-    except ImportError:
-        raise MissingExtraError('rclpy', 'ros', 'running a node') from None
+    rclpy = optional_module('rclpy', 'ros', 'running a node')
+    from rclpy.signals import SignalHandlerOptions
     from . import fast_dds
     fast_dds.settle()
     import locale

@@ -48,13 +48,9 @@ class NodeParameters:
         for setting in NODE:
             self._declare('', setting)
 
-    def node_settings(self, changes: Mapping[str, Any] | None = None) -> NodeSettings:
-        """
-        Return the settings of the node, as they would be with some changes.
-
-        Raise ParameterError if a value is not allowed.
-        """
-        return NodeSettings.read(self._values('', NODE, changes or {}))
+    def node_settings(self) -> NodeSettings:
+        """Return the settings of the node; raise ParameterError if a value is not allowed."""
+        return NodeSettings.read(self._values('', NODE, {}))
 
     def robot_settings(self, robot: str, changes: Mapping[str, Any] | None = None,
                        ) -> RobotSettings:

@@ -172,11 +172,11 @@ class Publishers:
             own = settings.parts[topic.tip]
             moving = own.relative_to == 'world'
             reference = world if moving else ''
+            joints = JointColumns(columns[topic.tip], len(model.joint_names), moving)
             if topic.output == 'markers':
                 self._active[topic] = MarkerPublisher(
                     publisher.publish, slices, own,
-                    reference or own.frame_prefix + chain.base_frame,
-                    JointColumns(columns[topic.tip], len(model.joint_names), moving))
+                    reference or own.frame_prefix + chain.base_frame, joints)
             elif topic.output == 'compensated_wrench':
                 sensor = self.sensors[topic.tip]
                 sensor.mount(chain)
@@ -184,7 +184,6 @@ class Publishers:
                     WrenchWriter(slices, own, sensor), sensor, own.stale_timeout),
                     KINDS[topic.output].order)
             else:
-                joints = JointColumns(columns[topic.tip], len(model.joint_names), moving)
                 self._active[topic] = BytesPublisher(publisher, message_writer(
                     topic.output, slices, chain, own, joints, reference),
                     KINDS[topic.output].order)

@@ -32,7 +32,6 @@ class Difference:
         self.compared = 0
         self._squares = np.zeros(2)
         self._signal = np.zeros(2)
-        self._largest = np.zeros(2)
         self._messages = messages
         self._stamps = np.zeros(0, dtype=np.int64)
         self._values = np.zeros((0, RECORDED[output]))
@@ -66,10 +65,7 @@ class Difference:
         return bool(some)
 
     def _sum_up(self, given: Array, expected: Array) -> None:
-        angular, linear = _distances(self.output, given, expected)
-        for i, distance in enumerate((angular, linear)):
-            self._squares[i] += distance @ distance
-            self._largest[i] = max(self._largest[i], distance.max())
+        self._squares += [d @ d for d in _distances(self.output, given, expected)]
         if self.output != 'pose':
             self._signal += [(expected[:, :3]**2).sum(), (expected[:, 3:]**2).sum()]
         self.compared += len(given)
@@ -78,11 +74,6 @@ class Difference:
     def rms(self) -> Array:
         """Return the RMS of the angular and of the linear difference."""
         return np.sqrt(self._squares / max(self.compared, 1))
-
-    @property
-    def largest(self) -> Array:
-        """Return the largest angular and linear difference."""
-        return self._largest
 
     @property
     def relative(self) -> Array:

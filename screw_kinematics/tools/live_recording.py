@@ -6,7 +6,6 @@ from __future__ import annotations
 import argparse
 from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import contextmanager
-from importlib import import_module
 from pathlib import Path
 from tempfile import TemporaryDirectory
 import time
@@ -26,8 +25,8 @@ LONGEST = 3600.0
 
 def add_options(options: argparse.ArgumentParser) -> None:
     """Add the recording, and how long to listen if there is none."""
-    options.add_argument('bag', nargs='?', help='of both: a folder, or a .mcap, .db3 or .bag '
-                         'file; without one the running system is listened to')
+    options.add_argument('bag', nargs='?', help='recording of both topics: a folder, or a '
+                         '.mcap, .db3 or .bag file (default: listen to the running system)')
     options.add_argument('--seconds', type=float, default=20.0,
                          help='how long to listen (default: 20); let the robot move')
 
@@ -90,7 +89,7 @@ def _kinds(node: Any, topics: Collection[str]) -> Mapping[str, str]:
 
 def _subscribe(node: Any, topic: str, kind: str, of_before: bool, take: Callable[[bytes], None],
                ) -> None:
+    from ..node.publishers import message_type
     from ..node.qos import input_qos, latched_qos
-    package, folder, name = kind.split('/')
-    node.create_subscription(getattr(import_module(f'{package}.{folder}'), name), topic, take,
+    node.create_subscription(message_type(kind), topic, take,
                              latched_qos() if of_before else input_qos(), raw=True)

@@ -35,7 +35,7 @@ class Children:
     def __enter__(self) -> Children:
         return self
 
-    def __exit__(self, *_: object) -> None:
+    def __exit__(self, *error: object) -> None:
         for _, process, _ in reversed(self._running):
             _signal_group(process, signal.SIGTERM)
         for _, process, output in reversed(self._running):

@@ -16,8 +16,8 @@ PUMA = 'package://screw_kinematics/config/robots/puma560.yaml'
 
 def add_options(options: argparse.ArgumentParser, default: str | None = None) -> None:
     """Add the choice of a robot model and its frames; positional without a default."""
-    what = ('robot model: YAML, URDF or xacro file, or a file:// or package:// URI; a xacro '
-            'file may have arguments behind it, ARG:=VALUE')
+    what = ('robot model: YAML, URDF or xacro file, or a file:// or package:// URI; after a xacro '
+            'file also its arguments, ARG:=VALUE')
     if default is None:
         options.add_argument('robot', nargs='+', action=Model, metavar='MODEL', help=what)
     else:

@@ -18,7 +18,7 @@ def add_options(options: argparse.ArgumentParser, required: bool = False, tip: b
     """Add which robots are meant, by a file or by one model; where the joint states come."""
     which = options.add_mutually_exclusive_group(required=required)
     which.add_argument('--params-file', type=Path, metavar='FILE',
-                       help='robots and settings, as the node has them')
+                       help='parameter file of the node: robots and settings')
     which.add_argument('--robot', nargs='+', action=Model, metavar='MODEL',
                        help='one robot: YAML, URDF or xacro, path or URI'
                             + ('' if required else ' (default: the one on robot_description)'))
@@ -26,9 +26,10 @@ def add_options(options: argparse.ArgumentParser, required: bool = False, tip: b
     if tip:
         options.add_argument('--tip', metavar='FRAME', help='tip frame, with --robot')
     options.add_argument(topic, dest='topic', default='joint_states', metavar='TOPIC',
-                         help='of the joint states, without --params-file '
+                         help='topic of the joint states, without --params-file '
                               '(default: joint_states)')
-    options.add_argument('--namespace', default='', help='of the node (default: none)')
+    options.add_argument('--namespace', default='',
+                         help='ROS namespace of the node (default: none)')
     options.set_defaults(name=None, **({} if tip else {'tip': None}))
 
 
@@ -41,7 +42,7 @@ def settings_of(arguments: argparse.Namespace, instead: Mapping[str, Any] | None
     """
     instead = instead or {}
     if arguments.params_file is not None:
-        return read_robots(arguments.params_file, instead, arguments.namespace or '')
+        return read_robots(arguments.params_file, instead, arguments.namespace)
     return [robot_settings(arguments.name or 'robot', {
         'description': arguments.robot or '', 'base_frame': arguments.base or '',
         'tip_frame': arguments.tip or '', 'joint_states_topic': arguments.topic, **instead})]

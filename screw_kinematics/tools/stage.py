@@ -26,16 +26,11 @@ def add_options(options: argparse.ArgumentParser) -> None:
     robot_options.add_options(options, default=robot_options.PUMA)
     add_motion_options(options)
     options.add_argument('--delay', type=float, default=0.0, metavar='SECONDS',
-                         help='honest delay of the estimator: later, but several times '
-                              'more accurate accelerations (default: 0)')
+                         help='delay of the states behind the latest sample, which makes '
+                              'accelerations several times as accurate (default: 0)')
     # Two demos on one machine would otherwise hear each other's joint states.
-    options.add_argument('--namespace', default=own_namespace(),
+    options.add_argument('--namespace', default=f'demo_{secrets.token_hex(3)}',
                          help='ROS namespace of the demo (default: one of its own)')
-
-
-def own_namespace() -> str:
-    """Return a namespace that no other demo has."""
-    return f'demo_{secrets.token_hex(3)}'
 
 
 class Stage:

@@ -13,14 +13,14 @@ from ..recordings.joint_table import LENGTHS, TableFormat, TIME_UNITS, UNITS
 
 def add_options(options: argparse.ArgumentParser) -> None:
     """Add the options, in a group of their own."""
-    table = options.add_argument_group('tables', 'what is not stated is recognised, or asked for')
+    table = options.add_argument_group('tables', 'needed where the tool cannot tell by itself')
     table.add_argument('--columns', metavar='JOINT=COLUMN,...', default='',
-                       help='which column is which; JOINT.velocity=COLUMN, stamp=COLUMN')
-    table.add_argument('--units', metavar='U,U', default='', help='of positions: rad or deg, m '
-                                                                  'or mm')
-    table.add_argument('--time-unit', choices=TIME_UNITS, default='', help='of the stamps')
+                       help='columns of the positions; JOINT.velocity=COLUMN, stamp=COLUMN')
+    table.add_argument('--units', metavar='U,U', default='',
+                       help='units of the positions: rad or deg, m or mm')
+    table.add_argument('--time-unit', choices=TIME_UNITS, default='', help='unit of the stamps')
     table.add_argument('--epoch', metavar='TIME', default='0',
-                       help='added to the stamps: seconds since 1970, or an ISO date')
+                       help='what to add to the stamps: seconds since 1970, or an ISO date')
 
 
 def table_format(arguments: argparse.Namespace) -> TableFormat:

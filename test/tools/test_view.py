@@ -251,9 +251,9 @@ def test_rerun_files(recording, tmp_path):
 
 
 @pytest.mark.parametrize('arguments, message', [
-    ([], 'one of a recording, --live and --demo'),
-    (['run', '--demo'], 'one of a recording, --live and --demo'),
-    (['--demo', '--output', 'run.rrd'], "'output' is 'run.rrd'; allowed: with a recording"),
+    ([], 'allowed: a recording or --live'),
+    (['run', '--live'], 'allowed: a recording or --live'),
+    (['--live', '--output', 'run.rrd'], "'output' is 'run.rrd'; allowed: with a recording"),
     (['nowhere', '--robot', robot_options.PUMA], 'nowhere: no recording there')])
 def test_errors_are_one_line(capsys, arguments, message):
     assert view.main(arguments) == 2

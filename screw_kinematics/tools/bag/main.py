@@ -4,8 +4,8 @@
 Compute states from recordings, smoothed without the lag a live node has.
 
 Reads joint states out of bags of ROS 2 (mcap, sqlite3) and ROS 1 and out of tables (CSV,
-Parquet), needs no ROS installation, and writes bags with the topics of the node, tables, or a
-data set. Of many recordings those are done that are new or have changed.
+Parquet) without a ROS installation, and writes bags with the topics of the node, tables, or a
+data set. Of many recordings only those that are new or have changed are processed.
 """
 from __future__ import annotations
 
@@ -55,28 +55,30 @@ def main(argv: Sequence[str] | None = None) -> int:
                          help='bags (a folder, or a .mcap, .db3 or .bag file), tables (.csv, '
                               '.parquet), folders and patterns of them, URLs of them')
     settings_options.add_options(options, required=True)
-    options.add_argument('--name', default='robot', help='of that robot, which its topics begin '
-                                                         'with (default: robot)')
-    options.add_argument('--outputs', metavar='A,B', help='of '
-                         f'{", ".join(o for o in OUTPUTS if o not in LEFT_OUT)}; in tables '
-                         'six-vectors and poses (default: as the parameters say; twist,accel)')
+    options.add_argument('--name', default='robot', help='name of that robot, with which its '
+                                                         'topics begin (default: robot)')
+    options.add_argument('--outputs', metavar='A,B', help='what to compute: '
+                         f'{", ".join(o for o in OUTPUTS if o not in LEFT_OUT)}; tables hold '
+                         'six-vectors and poses (default: as in FILE, or twist,accel)')
     options.add_argument('--output', type=Path, metavar='PATH',
-                         help='of one recording: a .csv or .parquet table for each robot, else a '
-                              'bag; of several: the folder of all outputs')
+                         help='of one recording: a .csv or .parquet table for each robot, or else '
+                              'a bag; of several: a folder for all outputs')
     options.add_argument('--format', '--storage', choices=FORMS, default='',
-                         help='of the output (default: mcap, or dataset of several recordings)')
+                         help='format of the output (default: mcap; dataset for several '
+                              'recordings)')
     options.add_argument('--force', action='store_true',
-                         help='do again what is done; overwrite what is there')
+                         help='process finished recordings again, overwrite existing files')
     options.add_argument('--processes', type=int, default=os.cpu_count() or 1, metavar='N',
-                         help='that work side by side (default: one for each core)')
+                         help='number of parallel processes (default: one for each core)')
     options.add_argument('--scheduler', metavar='ADDRESS',
-                         help='of a dask cluster that does the work')
+                         help='address of a dask scheduler, whose workers do the processing')
     options.add_argument('--compare', action='store_true',
-                         help='compare what the node published with the states')
+                         help='compare the recorded outputs of the node with these states')
     options.add_argument('--report', type=Path, metavar='FILE',
                          help='write a page about the motion: speeds, workspace, stops')
     options.add_argument('--stop-limit', type=float, default=5.0, metavar='A',
-                         help='deceleration that the report calls a hard stop [m/s2] (default: 5)')
+                         help='deceleration from which a stop is a hard one in the report [m/s2] '
+                              '(default: 5)')
     table_options.add_options(options)
     return console.run(_bag, options, argv)
 

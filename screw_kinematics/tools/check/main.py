@@ -64,15 +64,15 @@ def main(argv: Sequence[str] | None = None) -> int:
     for against in (delay, imu):
         live_recording.add_options(against)
         against.add_argument('--plot', type=Path, metavar='FILE',
-                             help='draw what was correlated, and the two signals, into a file '
+                             help='plot the correlation and the two signals into a file '
                                   f'ending in {", ".join(ENDINGS)}')
         against.set_defaults(find=_against)
-    delay.add_argument('--against', required=True, metavar='TOPIC', help='sensor_msgs/Imu, '
-                       'geometry_msgs/WrenchStamped or PoseStamped, nav_msgs/Odometry, of '
-                       'something fixed to the tip')
+    delay.add_argument('--against', required=True, metavar='TOPIC', help='topic of something '
+                       'fixed to the tip: sensor_msgs/Imu, geometry_msgs/WrenchStamped or '
+                       'PoseStamped, nav_msgs/Odometry')
     imu.add_argument('--topic', dest='against', default='imu/data', metavar='TOPIC',
-                     help='of the sensor_msgs/Imu (default: imu/data)')
-    imu.add_argument('--frame', dest='tip', metavar='LINK', help='which the IMU is fixed to')
+                     help='topic of the IMU, sensor_msgs/Imu (default: imu/data)')
+    imu.add_argument('--frame', dest='tip', metavar='LINK', help='link that the IMU is fixed to')
     for with_robots in (system, bag, delay):
         settings_options.add_options(with_robots)
     settings_options.add_options(imu, tip=False, topic='--joint-states')

@@ -10,9 +10,8 @@ from typing import Any, NamedTuple
 
 from .findings import FACT, Finding, PROBLEM
 from ..listener import check_names, Listener, require_ros
+from ...pipeline.parameter_file import NODE_NAME
 from ...recordings.joint_streams import JointStreams
-
-NODE = 'kinematic_state_publisher'
 
 
 class Heard(NamedTuple):
@@ -55,6 +54,6 @@ def _graph(node: Any, topics: Collection[str]) -> list[Finding]:
             found.append(Finding(PROBLEM, f'{topic}: nobody publishes it',
                                  'check topic, namespace, ROS_DOMAIN_ID and discovery range'))
     running = sorted(f'{namespace.rstrip("/")}/{name}' for name, namespace
-                     in node.get_node_names_and_namespaces() if name == NODE)
-    found.append(Finding(FACT, f'{NODE} runs: {", ".join(running) or "no"}'))
+                     in node.get_node_names_and_namespaces() if name == NODE_NAME)
+    found.append(Finding(FACT, f'{NODE_NAME} runs: {", ".join(running) or "no"}'))
     return found

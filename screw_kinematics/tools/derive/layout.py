@@ -23,6 +23,7 @@ class Text:
     """Plain text."""
 
     ending, direction, klein = '.txt', 'd/|d|', '{W; %s}'
+    term, lie_product, multiple = '({})*{}', '[{}, {}]', '{}*{}'
 
     def comment(self, rows: Sequence[str]) -> str:
         """Return rows of words."""
@@ -48,17 +49,17 @@ class Text:
 
     def total(self, terms: Sequence[tuple[Any, Any]]) -> str:
         """Return a sum of coefficients times symbols."""
-        kept = [(self.expression(x), symbol) for x, symbol in terms if x != 0]
-        return ' + '.join(str(s) if x == '1' else f'({x})*{s}' for x, s in kept) or '0'
+        kept = [(self.expression(x), self.expression(s)) for x, s in terms if x != 0]
+        return ' + '.join(s if x == '1' else self.term.format(x, s) for x, s in kept) or '0'
 
     def bracket(self, left: str, right: str, factor: Any = 1) -> str:
         """Return a Lie product times a factor."""
-        text = f'[{left}, {right}]'
-        return text if factor == 1 else f'{self.expression(factor)}*{text}'
+        text = self.lie_product.format(left, right)
+        return text if factor == 1 else self.times(factor, text)
 
     def times(self, factor: Any, name: str) -> str:
-        """Return a named vector times a factor."""
-        return f'{self.expression(factor)}*{name}'
+        """Return a vector times a factor."""
+        return self.multiple.format(self.expression(factor), name)
 
     def block(self, title: str, rows: Iterable[tuple[str, str, str]]) -> str:
         """Return equations under a title."""
@@ -74,6 +75,7 @@ class LaTeX(Text):
     """Aligned equations."""
 
     ending, direction, klein = '.tex', r'd / \lVert d \rVert', r'\{W; %s\}'
+    term, lie_product, multiple = r'\left({}\right) {}', r'\left[{}, {}\right]', '{} {}'
 
     def comment(self, rows: Sequence[str]) -> str:
         """Return comments."""
@@ -95,20 +97,6 @@ class LaTeX(Text):
     def vector(self, vector: Any) -> str:
         """Return a column."""
         return r'\begin{bmatrix}' + r' \\ '.join(map(self.expression, vector)) + r'\end{bmatrix}'
-
-    def total(self, terms: Sequence[tuple[Any, Any]]) -> str:
-        """Return a sum of coefficients times symbols."""
-        kept = [(self.expression(x), self.expression(s)) for x, s in terms if x != 0]
-        return ' + '.join(s if x == '1' else rf'\left({x}\right) {s}' for x, s in kept) or '0'
-
-    def bracket(self, left: str, right: str, factor: Any = 1) -> str:
-        """Return a Lie product times a factor."""
-        text = rf'\left[{left}, {right}\right]'
-        return text if factor == 1 else f'{self.expression(factor)} {text}'
-
-    def times(self, factor: Any, name: str) -> str:
-        """Return a named vector times a factor."""
-        return f'{self.expression(factor)} {name}'
 
     def block(self, title: str, rows: Iterable[tuple[str, str, str]]) -> str:
         """Return equations under a title."""

@@ -44,7 +44,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     options = console.parser('derive', __doc__ or '', EXAMPLES)
     robot_options.add_options(options)
     options.add_argument('--quantity', default='accel', metavar='A,B',
-                         help=f'of {", ".join(NAMES)}; or velocity, acceleration, jounce '
+                         help=f'any of {", ".join(NAMES)}; or velocity, acceleration, jounce '
                               '(default: accel, the classical acceleration)')
     options.add_argument('--format', choices=FORMATS, default='text', help='default: text')
     options.add_argument('--form', choices=('closed', 'straight'),
@@ -59,14 +59,14 @@ def main(argv: Sequence[str] | None = None) -> int:
                          help='simplify the closed form (default: where it takes seconds: twists '
                               'of up to 7 joints, accelerations of up to 6, all up to 4)')
     options.add_argument('--exact', action='store_true',
-                         help='take numbers as they are; by default angles within 1e-9 rad of a '
-                              'multiple of pi/12, and coefficients as near to a simple one, are '
-                              'that one in closed forms')
-    options.add_argument('--name', help='of the function in code, else of the robot in headings '
-                                        '(default: that of the robot)')
+                         help='keep numbers as they are; by default closed forms take angles '
+                              'within 1e-9 rad of a multiple of pi/12 for it, and coefficients '
+                              'as close to a simple number for that number')
+    options.add_argument('--name', help='name of the function in code, or of the robot in '
+                                        "headings (default: the robot's)")
     options.add_argument('--output', type=Path, metavar='FILE',
-                         help='write here; C: also the header beside it')
-    options.add_argument('--force', action='store_true', help='overwrite what is there')
+                         help='file to write; for C also the header beside it')
+    options.add_argument('--force', action='store_true', help='overwrite existing files')
     return console.run(_derive, options, argv)
 
 

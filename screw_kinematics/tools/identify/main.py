@@ -48,16 +48,17 @@ def main(argv: Sequence[str] | None = None) -> int:
                                                "carries, and the sensor's bias")
     live_recording.add_options(payload)
     payload.add_argument('--wrench', required=True, metavar='TOPIC',
-                         help='geometry_msgs/WrenchStamped of the sensor')
+                         help='topic of the sensor, geometry_msgs/WrenchStamped')
     payload.add_argument('--frame', '--tip', metavar='LINK',
                          help="the sensor's link (default: frame_id of its messages)")
     settings_options.add_options(payload, tip=False)
-    payload.add_argument('--name', metavar='NAME', help='of the robot in the parameters '
-                         '(default: the only one of the file, or robot)')
+    payload.add_argument('--name', metavar='NAME', help='name of the robot in the parameters '
+                         '(default: the only one of FILE, or robot)')
     payload.add_argument('--gravity', nargs=3, type=float, metavar=('X', 'Y', 'Z'),
-                         help='free fall in base axes [m/s^2] (default: 0 0 -9.80665)')
+                         help='acceleration of free fall in base axes [m/s^2] '
+                              '(default: 0 0 -9.80665)')
     payload.add_argument('--plot', type=Path, metavar='FILE',
-                         help='draw the wrench with and without its load, into a file ending in '
+                         help='plot the wrench with and without the load into a file ending in '
                               f'{", ".join(ENDINGS)}')
     payload.set_defaults(find=_payload)
     return console.run(lambda arguments: int(arguments.find(arguments)), options, argv)

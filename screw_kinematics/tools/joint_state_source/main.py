@@ -33,7 +33,8 @@ def main(argv: Sequence[str] | None = None) -> int:
                              + help_text(), EXAMPLES)
     robot_options.add_options(options, default=robot_options.PUMA)
     add_motion_options(options)
-    options.add_argument('--topic', default='joint_states', help='default: joint_states')
+    options.add_argument('--topic', default='joint_states',
+                         help='topic to publish on (default: joint_states)')
     options.add_argument('--namespace', default='', help='ROS namespace of the topic')
     options.add_argument('--start', type=int, metavar='NANOSECONDS',
                          help='epoch time at which the motion began (default: now)')

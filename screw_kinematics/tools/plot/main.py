@@ -50,15 +50,15 @@ def main(argv: Sequence[str] | None = None) -> int:
                           help='a bag, .csv or .parquet; further ones are drawn over the '
                                'first')
     recorded.add_argument('--from', dest='begin', type=float, metavar='SECONDS', default=0.0,
-                          help='leave out what was before (default: 0)')
+                          help='begin here (default: 0)')
     recorded.add_argument('--to', dest='end', type=float, metavar='SECONDS',
-                          default=float('inf'), help='leave out what was after')
+                          default=float('inf'), help='end here')
     recorded.set_defaults(draw=_draw_recorded)
     for history in (motion, recorded):
         history.add_argument('--quantities', type=_words, default=['twist', 'accel'],
-                             metavar='A,B', help=f'of {", ".join(QUANTITIES)} '
+                             metavar='A,B', help=f'any of {", ".join(QUANTITIES)} '
                                                  '(default: twist,accel)')
-        history.add_argument('--mm', action='store_true', help='lengths in mm')
+        history.add_argument('--mm', action='store_true', help='show lengths in mm')
 
     screws = kinds.add_parser('screws', help='joint screws and instantaneous screw axis')
     robot_options.add_options(screws)
@@ -77,8 +77,8 @@ def main(argv: Sequence[str] | None = None) -> int:
                             help='default: 2 pi')
     for kind in (figure11, motion, recorded, screws, surfaces):
         kind.add_argument('--output', type=Path, metavar='FILE',
-                          help=f'{", ".join(ENDINGS)} (default: a window)')
-        kind.add_argument('--force', action='store_true', help='overwrite what is there')
+                          help=f'{", ".join(ENDINGS)} (default: open a window)')
+        kind.add_argument('--force', action='store_true', help='overwrite an existing file')
     return console.run(_plot, options, argv)
 
 

@@ -3,10 +3,9 @@
 """
 Show a robot and its measured motion in the browser.
 
-From a recording, smoothed; from a running node; or from the demo's robot, beside the truth:
-links or skeleton, the tip's trail, twist, acceleration and screw axis as arrows with their
-scales, time series, and the estimator's doubts. The page answers this machine only, unless
---host says otherwise.
+From a recording, smoothed, or from a running node: links or skeleton, the tip's trail, twist,
+acceleration and screw axis as arrows with their scales, time series, and the estimator's doubts.
+The page answers this machine only, unless --host says otherwise.
 """
 from __future__ import annotations
 
@@ -21,9 +20,8 @@ from .live import LiveRobots, look_around
 from .motion import ShownMotion
 from .page import open_server, Page, RATE, require_viser
 from .recorded import recorded_motions
-from .. import console, robot_options, stage
+from .. import console, settings_options, stage
 from ..processes import Children
-from ..settings_options import settings_of
 from ...errors import ParameterError, ToolError
 from ...node.stop_request import StopRequest
 from ...pipeline.robot_model import build_model
@@ -35,7 +33,6 @@ EXAMPLES = """\
   view run.mcap --params-file kinematic_states.yaml --port 8090
   view --live                                what is published, with the model on robot_description
   view --live --params-file kinematic_states.yaml
-  view --demo                                the node watching a robot, beside the truth
   view recording --robot panda.urdf --output run.rrd      a file for Rerun, no page
 """
 _PATIENCE = 60.0
@@ -45,52 +42,38 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run the tool; see ``view --help``."""
     options = console.parser('view', __doc__ or '', EXAMPLES)
     options.add_argument('recording', nargs='?', help='a bag, or a table of joint states')
-    options.add_argument('--live', action='store_true', help='what the running node publishes')
-    options.add_argument('--demo', action='store_true', help='a robot in a known motion, and '
-                                                             'the node that watches it')
-    options.add_argument('--params-file', type=Path, metavar='FILE',
-                         help='robots and settings, as the node has them')
-    options.add_argument('--name', help='of the robot, which its topics begin with (default: '
-                                        'all that are published, with --live)')
-    options.add_argument('--topic', default='joint_states', help='of its joint states')
-    stage.add_options(options)
-    options.set_defaults(robot=None, namespace=None)
+    options.add_argument('--live', action='store_true', help='show the states of a running node')
+    settings_options.add_options(options)
+    options.add_argument('--name', help='name of the robot, with which its topics begin (default '
+                                        'with --live: all that are published)')
     add_page_options(options)
     options.add_argument('--output', type=Path, metavar='FILE.rrd',
-                         help='of a recording: write a Rerun file, open no page')
+                         help='write a Rerun file of the recording and open no page')
     return console.run(_view, options, argv)
 
 
 def add_page_options(options: argparse.ArgumentParser, *names: str) -> None:
     """Add where the page is, and how long, which may have other names beside."""
-    options.add_argument('--host', default='127.0.0.1', help='address that the page answers at '
-                         '(default: 127.0.0.1, this machine only; 0.0.0.0: everybody)')
-    options.add_argument('--port', type=int, default=8080, help='default: 8080')
+    options.add_argument('--host', default='127.0.0.1', help='address of the page (default: '
+                         '127.0.0.1, for this machine only; 0.0.0.0: for the whole network)')
+    options.add_argument('--port', type=int, default=8080, help='port of the page (default: 8080)')
     options.add_argument('--seconds', *names, type=float, default=float('inf'), metavar='S',
                          help='end after this time (default: at Ctrl-C)')
 
 
 def _view(arguments: argparse.Namespace) -> int:
-    sources = [bool(arguments.recording), arguments.live, arguments.demo]
-    if sum(sources) != 1:
-        raise ParameterError('recording', arguments.recording,
-                             'one of a recording, --live and --demo')
+    if bool(arguments.recording) == arguments.live:
+        raise ParameterError('recording', arguments.recording, 'a recording or --live')
     if arguments.output is not None and not arguments.recording:
         raise ParameterError('output', str(arguments.output), 'with a recording')
-    if arguments.demo:
-        arguments.robot = arguments.robot or robot_options.PUMA
-        arguments.namespace = arguments.namespace or stage.own_namespace()
-        with StopRequest() as stop:
-            show_stage(arguments, stage.Stage(arguments), stop)
-        return console.OK
-    settings = settings_of(arguments)
+    settings = settings_options.settings_of(arguments)
     if arguments.output is None:
         require_viser()
     if arguments.live:
         with StopRequest() as stop:
             _show_live(arguments, settings, stop)
         return console.OK
-    motions = recorded_motions(arguments.recording, settings, arguments.namespace or '')
+    motions = recorded_motions(arguments.recording, settings, arguments.namespace)
     if arguments.output is not None:
         from .rerun_file import write_rerun
         write_rerun(arguments.output, motions)
@@ -117,7 +100,7 @@ def show_stage(arguments: argparse.Namespace, played: stage.Stage, stop: StopReq
 
 def _show_live(arguments: argparse.Namespace, settings: Sequence[RobotSettings],
                stop: StopRequest) -> None:
-    namespace = arguments.namespace or ''
+    namespace = arguments.namespace
     topic_of = {robot.name: full_name(namespace, robot.description_topic)
                 for robot in settings if not robot.description}
     names, texts = look_around(namespace, set(topic_of.values()))
