@@ -107,6 +107,36 @@ def test_outputs_of_a_batch_have_the_latency_that_the_surest_tell(benchmark, tmp
     assert check.last_model == 1
 
 
+@pytest.mark.parametrize('slip, period, proven, gap, found', [
+    (0.0, 1e-3, True, 0.02, 'other, ticks are known'),
+    (8e-4, 1e-3, True, 0.02, 'ticks miscounted in a pause'),
+    (-8e-4, 1e-3, True, 3e-3, 'ticks miscounted without a pause'),
+    (0.0, 1.05e-3, True, 3e-3, 'a wrong period'),
+    (0.0, 2e-3, True, 3e-3, 'other, ticks are known'),
+    (8e-4, 0.0, False, 0.02, 'a pause while stamps are believed'),
+    (8e-4, 0.0, False, 3e-3, 'other, stamps are believed')])
+def test_what_a_clock_took_readings_for_is_told_from_when_these_were(
+        benchmark, slip, period, proven, gap, found):
+    from benchmark.soak.field.losses import cause, Trace
+    read = [0.0, 1e-3, 1e-3 + gap, 2e-3 + gap]
+    traces = [Trace(t, 7.0 + t + slip * (t >= read[2]), period, proven) for t in read]
+    assert cause(traces, 1e-3) == found
+
+
+def test_a_busy_machine_loses_messages_and_holds_others_up_but_keeps_their_order(benchmark):
+    import numpy as np
+    from benchmark.soak.field.losses import received
+    from benchmark.soak.field.robots import Message
+    sent = [Message(1e-3 * k, 1e-3 * k, 1e-3 * k, 1e-3 * k) for k in range(5000)]
+    for held in (False, True):
+        found = received(sent, np.random.default_rng(1), held)
+        assert 1000 < len(found) < 4900
+        assert (np.diff([message.reading for message in found]) > 0.0).all()
+        assert (np.diff([message.stamp for message in found]) > 0.0).all()
+        late = np.array([message.stamp - message.reading for message in found])
+        assert (late >= 0.0).all() and (late > 5e-3).any() == held
+
+
 def test_contradictions_in_the_accounts_are_found(benchmark):
     from benchmark.soak.books import Account
     good = Account(10, 9, 7, 6, 2, Counter(a=2), Counter(b=1), Counter(c=1))

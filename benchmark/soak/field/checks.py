@@ -66,6 +66,17 @@ class Tally(CommonTally):
         return self.strange + self.not_finite + self.beyond
 
 
+def errors(robot: FieldRobot, output: str, t: np.ndarray, values: np.ndarray,
+           deviations: np.ndarray, model: int) -> np.ndarray:
+    """Return the errors at instants in their deviations, a row for each share of the latency."""
+    late, period = robot.latency, SAMPLES / RATE
+    truth = robot.truth(t % period, model)[output]
+    early = robot.truth((t - late) % period, model)[output] if late else truth
+    shares = SHARES if late else SHARES[:1]
+    return np.array([(np.abs(values - truth - share * (early - truth))
+                      / (deviations + FLOOR)).max(1) for share in shares])
+
+
 class TopicCheck(Collector):
     """Collects the messages of a topic and checks them in batches."""
 
@@ -110,7 +121,8 @@ class TopicCheck(Collector):
                deviations: np.ndarray, which: np.ndarray | None, models: set[int],
                during: str) -> None:
         sizes = {model: np.where(True if which is None else which == model,
-                                 self._sizes(t, values, deviations, model), np.inf)
+                                 errors(self._robot, self._output, t, values, deviations, model),
+                                 np.inf)
                  for model in sorted(models if which is None else set(which.tolist()))}
         # One latency for all, whichever model each of them follows from; the surest tell it.
         nearest = np.minimum.reduce(list(sizes.values()))
@@ -124,16 +136,6 @@ class TopicCheck(Collector):
         tally.squares += float((best.clip(0, 1e3)**2).sum())
         tally.worst = max(tally.worst, float(best.max()))
         self._note('beyond', best > FARTHEST, stamps, values, during, best)
-
-    def _sizes(self, t: np.ndarray, values: np.ndarray, deviations: np.ndarray, model: int,
-               ) -> np.ndarray:
-        """Return the errors in their deviations, a row for each share of the latency."""
-        late, period = self._robot.latency, SAMPLES / RATE
-        truth = self._robot.truth(t % period, model)[self._output]
-        early = self._robot.truth((t - late) % period, model)[self._output] if late else truth
-        shares = SHARES if late else (0.0,)
-        return np.array([(np.abs(values - truth - share * (early - truth))
-                          / (deviations + FLOOR)).max(1) for share in shares])
 
     def _note(self, what: str, bad: np.ndarray, stamps: np.ndarray, values: np.ndarray,
               during: str, sizes: np.ndarray | None = None) -> None:

@@ -99,13 +99,17 @@ class FieldRobot:
         return swing(t, self.chains[0].dof, random,
                      ((once, 0.3), (3 * once, 0.1), (7 * once, 0.03)))
 
-    def bodies(self) -> list[bytes]:
-        """Return what follows the stamp in the message with each reading."""
+    def readings(self) -> list[tuple[list[float], list[float]]]:
+        """Return what is measured at each tick: positions, and velocities if they are."""
         q, qd, _ = self.motion(np.arange(SAMPLES) / RATE)
         q = np.round(q / ENCODER) * ENCODER
         qd += np.random.default_rng(5).normal(0.0, 1e-4, qd.shape)
-        return [message_body(self.chains[0].joint_names, position, velocity if self.velocity
-                             else []) for position, velocity in zip(q.tolist(), qd.tolist())]
+        return [(position, velocity if self.velocity else [])
+                for position, velocity in zip(q.tolist(), qd.tolist())]
+
+    def bodies(self) -> list[bytes]:
+        """Return what follows the stamp in the message with each reading."""
+        return [message_body(self.chains[0].joint_names, *reading) for reading in self.readings()]
 
     def truth(self, t: np.ndarray, model: int) -> dict[str, np.ndarray]:
         """Return what is true at instants [s], angular part first, shape (N, 6) each."""
