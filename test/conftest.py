@@ -8,6 +8,8 @@ import sys
 # The tests start some hundred processes; else each of them would compile the package anew.
 os.environ.pop('PYTHONDONTWRITEBYTECODE', None)
 sys.dont_write_bytecode = False
+# The workers have all cores already: more threads would wait for each other, and burn time so.
+os.environ.update(OPENBLAS_NUM_THREADS='1', OMP_NUM_THREADS='1', MKL_NUM_THREADS='1')
 
 LONG = ('test_packaging_installs.py', 'test_soak.py', 'test_oldest_cython.py', 'test_mypy.py',
         'test_node_told.py', 'test_demo.py', 'test_live_clocks.py', 'test_live_imu.py',

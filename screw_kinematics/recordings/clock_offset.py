@@ -102,8 +102,7 @@ def find_offset(joint_stamps: Array, stamps: Array, groups: Sequence[Channels]) 
                             f'{group.values[0].tolist()}: is the sensor connected?')
     thin = max(len(at) // _ROWS, 1)
     offsets = np.arange(-SEARCH, SEARCH + _GRID / 2, _GRID)
-    misfits = [sum(_misfit(joint_stamps, at[::thin], group, offset, thin) for group in groups)
-               for offset in offsets.tolist()]
+    misfits = [_misfit(joint_stamps, at, groups, offset, thin) for offset in offsets.tolist()]
     offset, drift = float(offsets[int(np.argmin(misfits))]), 0.0
     middle = (at - at[len(at) // 2]) * 1e-9
     for _ in range(_ITERATIONS):
@@ -172,15 +171,19 @@ def _covered(joint_stamps: Array, at: Array) -> Array:
     return np.asarray(steps[after - 1] <= longest)
 
 
-def _misfit(joint_stamps: Array, at: Array, group: Channels, offset: float, thin: int) -> float:
+def _misfit(joint_stamps: Array, at: Array, groups: Sequence[Channels], offset: float,
+            thin: int) -> float:
     """Return the logarithm of what is left, by which groups of any units can be added."""
-    at = at + round(offset * 1e9)
+    at = at[::thin] + round(offset * 1e9)
     known = _covered(joint_stamps, at)
     if known.sum() < _FEWEST:
         return float('inf')
-    x, y = _features(joint_stamps, group.features, at[known]), group.values[::thin][known]
-    rest = y - x @ np.linalg.lstsq(x, y, rcond=1e-10)[0]
-    return float(np.log((rest**2).mean(axis=0) + 1e-30).sum())
+    left = 0.0
+    for group in groups:
+        x, y = _features(joint_stamps, group.features, at[known]), group.values[::thin][known]
+        rest = y - x @ np.linalg.lstsq(x, y, rcond=1e-10)[0]
+        left += float(np.log((rest**2).mean(axis=0) + 1e-30).sum())
+    return left
 
 
 def _improve(joint_stamps: Array, at: Array, groups: Sequence[Channels], offset: float,

@@ -14,9 +14,11 @@ ROOT = Path(__file__).parents[2]
 OLDEST = re.findall('Cython>=([0-9.]+)', (ROOT / 'pyproject.toml').read_text())[0]
 
 TRANSLATE = """
+import gc
 import sys
 from Cython.Build import cythonize
 from setuptools import Extension
+gc.disable()        # its trees live long: a third of the time was a search for garbage
 cythonize([Extension(name, [path]) for name, path in zip(sys.argv[2::2], sys.argv[3::2])],
           build_dir=sys.argv[1], language_level=3, quiet=True)
 """

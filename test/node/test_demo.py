@@ -50,8 +50,16 @@ def numbers(text, quantity, name):
     return [float(word) for word in line[1].split()]
 
 
+def assert_near_the_exact_state(out):
+    """Compare what ``--once`` prints with the exact state beside it."""
+    assert 'axes of' in out and 'reference point: origin of' in out
+    for quantity, bound in (('position p [m]', 1e-5), ('linear velocity v [m/s]', 1e-3),
+                            ('linear acceleration a [m/s2]', 0.05)):
+        assert max(map(abs, numbers(out, quantity, 'error'))) < bound
+        assert any(numbers(out, quantity, 'exact'))
+
+
 @pytest.mark.parametrize('options', [
-    [],
     ['--robot', str(ROBOTS / 'panda.yaml'), '--motion', 'multisine', '--rate', '500',
      '--delay', '0.02'],
     ['--robot', str(ROBOTS / 'stewart_6ups.yaml')],
@@ -60,21 +68,17 @@ def test_once_prints_a_state_near_the_exact_one(namespace, options):
     run = start(namespace, '--once', *options)
     out, error = run.communicate(timeout=LIMIT)
     assert run.returncode == 0, error
-    assert 'axes of' in out and 'reference point: origin of' in out
-    for quantity, bound in (('position p [m]', 1e-5), ('linear velocity v [m/s]', 1e-3),
-                            ('linear acceleration a [m/s2]', 0.05)):
-        assert max(map(abs, numbers(out, quantity, 'error'))) < bound
-        assert any(numbers(out, quantity, 'exact'))
+    assert_near_the_exact_state(out)
     assert not processes(namespace)
 
 
-def test_two_demos_do_not_mix(ros_domain):
+def test_two_demos_without_options_do_not_mix(ros_domain):
     arguments = [sys.executable, '-m', 'screw_kinematics', 'demo', '--once']
     runs = [subprocess.Popen(arguments, stdout=subprocess.PIPE, text=True) for _ in range(2)]
     for run in runs:
         out, _ = run.communicate(timeout=2 * LIMIT)
         assert run.returncode == 0
-        assert max(map(abs, numbers(out, 'position p [m]', 'error'))) < 1e-5
+        assert_near_the_exact_state(out)
 
 
 def test_plain_lines_into_a_pipe_and_ctrl_c(namespace):

@@ -42,10 +42,10 @@ def joint_state(stamp, names, position, velocity=()):
 def samples(count, rate=200.0, joints=slice(None), offset=0, topic='/joint_states',
             velocity=True):
     """Yield topic, type, time of reception and bytes of the PUMA's joint states."""
-    for k in range(count):
-        stamp = START + offset + round(k / rate * 1e9)
-        q, qd = MOTION.derivatives((stamp - START) * 1e-9, 1)
-        q = np.round(q / QUANTUM) * QUANTUM
+    since = offset + np.rint(np.arange(count) / rate * 1e9).astype(np.int64)
+    positions, velocities = MOTION.derivatives(since * 1e-9, 1)
+    positions = np.round(positions / QUANTUM) * QUANTUM
+    for stamp, q, qd in zip((START + since).tolist(), positions, velocities):
         yield (topic, JOINT_STATE, stamp + 300_000,
                joint_state(stamp, PUMA.joint_names[joints], q[joints],
                            qd[joints] if velocity else ()))
