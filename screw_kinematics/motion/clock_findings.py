@@ -42,10 +42,9 @@ def clock_error(ticks: TickCounter | None, tally: Tally, messages: float,
     if ticks is None:
         return ClockError(doubt)
     held, fresh, lost = tally
-    line = 2.0 * ticks.deviation / sqrt(max(ticks.line.pairs(), 1))
+    line, rate = ticks.line_error()
     time = hypot(line, doubt)
     span = max(ticks.line.ticks(), 1.0) * ticks.period
-    rate = sqrt(12.0) * line / span
     if held + fresh < ENOUGH or not (held > HOLDS or lost > SKIPS * fresh):
         return ClockError(time, rate)
     shorter, longer = min(ticks.period, messages), max(ticks.period, messages)

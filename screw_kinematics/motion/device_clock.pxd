@@ -18,6 +18,7 @@ cdef long MANY
 cdef class Placed:
     cdef readonly object time, replay
     cdef readonly double instant, rate, age
+    cdef readonly bint anew
 
 
 @cython.final
@@ -43,7 +44,7 @@ cdef class DeviceClock:
     @cython.locals(steps=double, since=double, messages=double, over=bint)
     cdef _hear(self, double stamp)
     @cython.locals(age=double)
-    cdef Placed _begin(self, double stamp, object position, bint same)
+    cdef Placed _begin(self, double stamp, object position, bint same, bint anew=*)
     @cython.locals(age=double, repeats=double)
     cdef long _count(self, TickCounter ticks, double stamp, bint same, Foreseen foreseen,
                      Bank bank) except -1

@@ -39,12 +39,13 @@ class Placed:
     """Where a message is in the device's time."""
 
     def __init__(self, time: float | None, instant: float, rate: float, age: float,
-                 replay: list[tuple[float, Row]] | None) -> None:
+                 replay: list[tuple[float, Row]] | None, anew: bool = False) -> None:
         self.time = time          # when its reading was taken, s; None: it was there before
         self.instant = instant    # the device's time at the message's stamp, s
         self.rate = rate          # seconds of the stamps' clock in a second of the device's
         self.age = age            # from when the latest reading was first sent to the stamp, s
         self.replay = replay      # latest readings and their times, where these are others now
+        self.anew = anew          # whether nothing is known of the motion: a run begins
 
 
 class DeviceClock:
@@ -134,7 +135,7 @@ class DeviceClock:
             bank is not None and foreseen.told and foreseen.goes_on(position, self.unit, bank))
         if pause and not (regular or self.proven):
             self.begin_anew()                           # it may be no clock at all
-            return self._begin(stamp, position, same)
+            return self._begin(stamp, position, same, True)
         if pause:
             d, foreseen = near, Foreseen(position, near)
         if same and self._repeated.standing:
@@ -142,6 +143,8 @@ class DeviceClock:
         self.fresh += 1
         if pause:
             self._evidence.pause()
+            if ticks.vague():
+                ticks.begin_line()      # which ticks these were nobody tells
         else:
             self.lost += d - 1
             if bank is not None and not same:
@@ -168,8 +171,8 @@ class DeviceClock:
 
     # ---- before there are ticks
 
-    def _begin(self, stamp: float, position: Row, same: bool) -> Placed:
-        """Place a message by its stamp, before there are ticks."""
+    def _begin(self, stamp: float, position: Row, same: bool, anew: bool = False) -> Placed:
+        """Place a message by its stamp, before there are ticks; `anew`: after a pause."""
         age = stamp - self._last
         if same and self._repeated.repeats(stamp, age, 0.0, 0.0, None):
             if not self.held:
@@ -187,7 +190,9 @@ class DeviceClock:
         if ticks is not None:
             self.unit = ticks.period * self._ratio
             self._evidence.count_first(ticks, stamp)
-        return Placed(self._time, self._time, 1.0 / self._ratio, 0.0, None)
+        # What the filters knew was of another time, if it was no clock.
+        return Placed(self._time, self._time, 1.0 / self._ratio, 0.0,
+                      [(self._time, position)] if anew else None, anew)
 
     def begin_anew(self) -> Replay | None:
         """Go by the stamps, since the ticks are not what they were; count anew."""
@@ -259,7 +264,7 @@ class DeviceClock:
             self._ratio = unit / period                 # stamps alone need none
         if agree:
             onward = span if self.share == 1.0 else d * unit + self.share * step * self._ratio
-        elif by_stamps:
+        elif by_stamps and self.share > 0.5:
             onward = foreseen.nearer(d, span, unit)
         else:
             onward = d * unit
@@ -286,7 +291,7 @@ class DeviceClock:
     def _advance(self, ticks: TickCounter, stamp: float, d: Ticks, agree: bool,
                  foreseen: Foreseen) -> float:
         """Let the counter go on; return by how much the stamp is later than the tick, s."""
-        vague = ticks.deviation > 0.15 * ticks.period       # the stamps cannot tell
+        vague = ticks.vague()
         if foreseen.told:
             self._wrong += 0.05 * ((abs(foreseen.ticks - d) > 0.35 and not agree) - self._wrong)
             self._told += 1

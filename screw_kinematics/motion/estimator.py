@@ -220,7 +220,7 @@ class MotionEstimator(JointEstimator):
             bank.start(*placed.replay[0])
             for time, replayed in placed.replay[1:]:
                 bank.measure(time, replayed, replayed, False, 1.0)
-            if len(placed.replay) > 1:      # the filters begin anew, from these alone
+            if placed.anew or len(placed.replay) > 1:   # the filters know these alone
                 self._settled = min(SHORTEST, placed.replay[-1][0] - placed.replay[0][0])
         elif placed.time is not None:
             measured = None

@@ -7,22 +7,26 @@ from libc.math cimport lrint as round       # as Python does: halves to even
 from ..core.robust_line cimport Line
 
 cdef double SURPRISE, WRONG
-cdef long LATE, MOST_TICKS
+cdef long LATE, FEWEST, MOST_TICKS
 
 
 @cython.final
 cdef class TickCounter:
     cdef dict __dict__
     cdef public double phase, period, tick, deviation, behind, early, lean, sets, shift, total
+    cdef public double unseen
     cdef public long count
     cdef public Line line
     cdef public dict often
-    cdef double _weight, _before
+    cdef double _weight, _before, _known
     cdef long _due
     cdef object _recent
 
     @cython.locals(counter=TickCounter)
     cpdef TickCounter fresh(self, double stamp)
+    @cython.locals(end=double, rate=double)
+    cpdef (double, double) line_error(self)
+    cpdef bint vague(self)
     cpdef bint usual(self)
     cpdef double surprise(self, long d) except? -1.0
     @cython.locals(lateness=double, behind=double, early=double, late=double, cost=double,

@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 from collections import deque
-from math import inf, log, sqrt
+from math import hypot, inf, log, sqrt
 
 from ..core.robust_line import Line
 
@@ -18,6 +18,9 @@ LONGEST = 2.0
 
 PAIRS = 256
 """Pairs of tick and stamp, at most, through which the line is drawn."""
+
+FEWEST = 16
+"""Pairs from which on there is a line."""
 
 SOUND = 0.05
 """For how long pairs are sound, at least, where the period proves wrong, s: the slope of fewer is
@@ -66,10 +69,14 @@ class TickCounter:
         """How often the stamps' clock was set, of late."""
         self.shift = 0.0
         """By how much the stamps' clock was set in all, s."""
+        self.unseen = 0.0
+        """Ticks since the latest pair of the line."""
         self.line = Line(PAIRS)
         self._due = count + 8
         self._recent: deque[float] = deque(maxlen=LATE)
         self._before = 0.0
+        # What the slope may be off by that was known when the line began.
+        self._known = inf
         self.forget_steps()
 
     def fresh(self, stamp: float) -> TickCounter:
@@ -85,6 +92,26 @@ class TickCounter:
         self.often = {1: 9.0}
         self.total = 10.0
         self._weight = 1.0
+
+    def line_error(self) -> tuple[float, float]:
+        """
+        Return what the line's stamp of the present tick may be off, s, and its slope.
+
+        Two standard errors of its mean where it ends, and as many of its slope since then.
+        """
+        end = 2.0 * self.deviation / sqrt(max(self.line.pairs(), 1))
+        rate = min(sqrt(12.0) * end / (max(self.line.ticks(), 1.0) * self.period), self._known)
+        return hypot(end, rate * self.unseen * self.period), rate
+
+    def vague(self) -> bool:
+        """Whether no stamp alone tells its tick."""
+        return self.deviation > 0.15 * self.period
+
+    def begin_line(self) -> None:
+        """Draw the line through pairs to come alone: nobody has told the ticks before these."""
+        self._known = self.line_error()[1]
+        self.line = Line(PAIRS)
+        self._due = self.count + FEWEST
 
     def usual(self) -> bool:
         """Whether nearly always one tick passes."""
@@ -157,6 +184,7 @@ class TickCounter:
         late = stamp - self.phase
         self.count += 1
         self.tick += d
+        self.unseen += d
         # What a stall has held up tells nothing of how stamps usually are.
         recent = self._recent
         held_up = (late > period + STALL * self.deviation and len(recent) > 2
@@ -180,6 +208,7 @@ class TickCounter:
             if self.line.full() and self.line.ticks() < LONGEST / period:
                 self.line.merge()
             self.line.add(self.tick, stamp - self.shift)
+            self.unseen = 0.0
         if self.count >= self._due:
             self._due = self.count + min(
                 max(8, self.count // 8), max(8, int(0.05 / period)))
@@ -205,8 +234,11 @@ class TickCounter:
     def _set_by(self, late: float) -> float:
         """Return by how much the stamps' clock seems to have been set, s."""
         recent = self._recent
-        # Where a line through few stamps ends is not well known.
-        tolerance = 0.1 * self.period + 4.0 * self.deviation * (1.0 + 2.0 / sqrt(self.count))
+        tolerance = 0.1 * self.period + 4.0 * self.deviation
+        if -tolerance <= late <= tolerance:
+            return 0.0
+        # Where a line ends that goes through few stamps, or none of late, is not well known.
+        tolerance += 4.0 * self.line_error()[0]
         if late < -3.0 * tolerance - self.period:
             return late
         if late < -tolerance:                           # never early: at once
@@ -264,8 +296,11 @@ class TickCounter:
         return new
 
     def _fit(self) -> None:
-        if self.line.pairs() < 16:
+        if self.line.pairs() < FEWEST:
             return
         phase, period, _ = self.line.fit(self.tick)
-        if period > 0.2 * self.period:
-            self.phase, self.period = phase + self.shift, period
+        if self.line_error()[1] == self._known:     # the line is too short to know better
+            half = 0.5 * self.line.ticks()
+            self.phase = self.line.fit(self.tick - half)[0] + half * self.period + self.shift
+        elif period > 0.2 * self.period:
+            self.phase, self.period, self._known = phase + self.shift, period, inf
