@@ -111,6 +111,16 @@ class JointMotion:
         found: list[float] = np.diagonal(self.covariance, axis1=1, axis2=2).T.ravel().tolist()
         return found
 
+    def variances_after(self, dt: float, order: int) -> list[float]:
+        """
+        Return the variances of one derivative where the motion is carried on by its own ones.
+
+        By a time in s, which may be negative; order 0: of the positions.
+        """
+        steps = np.array([1.0, dt, dt**2 / 2, dt**3 / 6])[:4 - order]
+        found: list[float] = (self.covariance[:, order:, order:] @ steps @ steps).tolist()
+        return found
+
     def __repr__(self) -> str:
         """Show the stamp and the rows."""
         return f'JointMotion(stamp={self.stamp!r}, state={self.state!r})'

@@ -9,7 +9,7 @@ from ..motion.joint_motion cimport JointMotion
 
 @cython.final
 cdef class Motion:
-    cdef public object stamp_ns, values, variances, clock_error
+    cdef public object stamp_ns, values, variances, clock_error, estimate
 
 
 cdef class EstimatedMotion:

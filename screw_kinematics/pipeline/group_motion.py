@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from math import hypot, nan
+from math import hypot, isnan, nan
 from typing import Protocol
 
 from .joint_groups import LARGEST, Reading
@@ -37,13 +37,22 @@ class Motion:
 
     Values are the positions of all joints [rad, m], then velocities, ... as far as they are known.
     Variances, of those to the jerks, are in the same order, NaN where not known, and empty unless
-    asked for; the clock's error, of all joints alike, is in them.
+    asked for; the clock's error, of all joints alike, is in them. What tells more of them is the
+    estimate, if they are of one.
     """
 
     stamp_ns: int
     values: Sequence[float]
     variances: Sequence[float] = ()
     clock_error: ClockError = field(default=EXACT, repr=False)
+    estimate: JointMotion | None = field(default=None, repr=False, compare=False)
+
+    def variances_after(self, dt: float) -> Sequence[float]:
+        """Return the variances where its derivatives carry the motion on for a time [s]."""
+        if self.estimate is None or dt == 0.0:
+            return self.variances
+        then = [x for order in range(4) for x in self.estimate.variances_after(dt, order)]
+        return [nan if isnan(now) else x for now, x in zip(self.variances, then)]
 
 
 class GroupMotion(Protocol):
@@ -147,8 +156,10 @@ class EstimatedMotion:
         values = estimate.values
         if self._order < 3 and not self._covariance:
             values = values[:(self._order + 1) * len(reading.position)]
-        return Motion(estimate.stamp_ns, values,
-                      estimate.variances if self._covariance else (), estimate.clock_error)
+        if not self._covariance:
+            return Motion(estimate.stamp_ns, values, (), estimate.clock_error)
+        return Motion(estimate.stamp_ns, values, estimate.variances, estimate.clock_error,
+                      estimate)
 
 
 class PositionOnlyMotion(EstimatedMotion):
@@ -174,7 +185,8 @@ class MeasuredVelocityMotion(EstimatedMotion):
         if isinstance(estimate, Motion):
             n = len(known)
             return Motion(reading.stamp_ns, [*known, *estimate.values[n:]],
-                          (*unknown, *estimate.variances[n:]), estimate.clock_error)
+                          (*unknown, *estimate.variances[n:]), estimate.clock_error,
+                          estimate.estimate)
         if estimate is Reason.SETTLING:
             return Motion(reading.stamp_ns, known, unknown * 2)
         return estimate
@@ -201,7 +213,7 @@ class WithSnap:
             return motion
         return Motion(motion.stamp_ns, [
             *motion.values, *self._slope(motion.stamp_ns, motion.values[3 * n:])],
-            motion.variances, motion.clock_error)
+            motion.variances, motion.clock_error, motion.estimate)
 
     def _slope(self, now: int, jerk: Sequence[float]) -> list[float]:
         jerks = self._jerks

@@ -18,6 +18,7 @@ from .settings import MotionSettings
 from ..errors import Reason
 from ..messages.base_motion import BaseSample
 from ..motion import MotionEstimator
+from ..motion.joint_motion import JointMotion
 from ..programs.moving_base import AT_REST, carry
 from ..screws.rigid import row_of_pose
 from ..screws.rotations import pose, rotation_from_quaternion
@@ -50,17 +51,22 @@ class BaseMotion:
     Motion of the base at one instant.
 
     Values are the pose in the world, twist, and its derivatives, as :mod:`..programs.moving_base`
-    takes them; variances of the last four, six numbers each.
+    takes them; variances of the last four, six numbers each, unless they are those of an estimate
+    since whose instant so much time [s] has passed.
     """
 
     stamp_ns: int
     values: Sequence[float]
     known_variances: Sequence[float] = (nan,) * 24
+    estimate: JointMotion | None = None
+    since: float = 0.0
 
     def variances(self, derivative: int) -> Sequence[float]:
         """Return those of the pose (0), the twist (1), its rate (2), ...; NaN if not known."""
         if derivative == 0:
             return (nan,) * 6
+        if self.estimate is not None:
+            return self.estimate.variances_after(self.since, derivative - 1)
         return self.known_variances[6 * (derivative - 1):6 * derivative]
 
 
@@ -176,7 +182,7 @@ class MovingBase:
         self._poses.append(_Pose(stamp, row))
         if isinstance(estimate, Reason):
             return self.account.close(estimate)
-        motion = BaseMotion(estimate.stamp_ns, [*row, *estimate.values], estimate.variances)
+        motion = BaseMotion(estimate.stamp_ns, [*row, *estimate.values], estimate=estimate)
         self._motions.append(motion)
         return self.account.close(motion)
 
@@ -190,12 +196,12 @@ class MovingBase:
         if not self._motions:
             return Reason.SETTLING
         motion = _nearest(self._motions, stamp_ns)
+        since = (stamp_ns - motion.stamp_ns) * 1e-9
         values: Sequence[float] = carry((
-            *place.row, *motion.values[12:], (stamp_ns - place.stamp_ns) * 1e-9,
-            (stamp_ns - motion.stamp_ns) * 1e-9))
+            *place.row, *motion.values[12:], (stamp_ns - place.stamp_ns) * 1e-9, since))
         if self.world == self._frames.base:     # there are no poses
             values = (*AT_REST[:12], *values[12:])
-        return BaseMotion(stamp_ns, values, motion.known_variances)
+        return BaseMotion(stamp_ns, values, estimate=motion.estimate, since=since)
 
     def reset(self) -> None:
         """Forget all samples, as after a jump of the clock; counts stay."""

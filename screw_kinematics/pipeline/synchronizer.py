@@ -114,13 +114,13 @@ class Synchronizer:
                 return Reason.TOO_FAR_APART
             dt = (instant - motion.stamp_ns) * 1e-9
             powers = [dt**k / factorial(k) for k in range(orders)]
-            width = len(group.columns)
+            width, unsure = len(group.columns), motion.variances_after(dt)
             for i, column in enumerate(group.columns):
                 own = motion.values[i:orders * width:width]
                 for k in range(orders):
                     joined[k * n + column] = sum(
                         p * x for p, x in zip(powers, own[k:]))
-                if motion.variances:
-                    variances[column::n] = motion.variances[i::width]
+                if unsure:
+                    variances[column::n] = unsure[i::width]
         # Groups have clocks of their own: what they do not know is not common to them.
         return Motion(instant, joined, variances or ())

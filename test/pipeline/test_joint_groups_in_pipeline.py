@@ -42,6 +42,27 @@ def test_a_slow_message_is_carried_on_by_its_jerk(source):
     assert_balanced(pipeline)
 
 
+@pytest.mark.parametrize('source', ['auto', 'estimated', 'measured'])
+def test_what_is_carried_states_how_far_off_it_may_be_by_then(source):
+    """Of a joint at 50 Hz, 10 ms and more after its message, beside others at 500 Hz."""
+    pipeline = make(MotionSettings(velocity_source=source), ('accel',), covariance=True)
+    rng, w, errors = np.random.default_rng(9), 6.0, []
+    for k in range(6000):
+        for names in ([('q3',)] if k % 10 == 0 else []) + [('q1', 'q2')]:
+            q, qd, _ = sine(2e-3 * k, w) + rng.normal(0, 1, (3, 3)) * [[1e-4], [1e-3], [0]]
+            pick = [NAMES.index(name) for name in names]
+            state = take(pipeline, START + 2 * MS * k, names, q[pick],
+                         qd[pick] if source != 'estimated' else ())
+        if k > 1000 and k % 10 >= 5 and not isinstance(state, Reason):
+            truth = np.array(sine((state.stamp_ns - START) * 1e-9, w))[:, 2]
+            values, variances = (np.reshape(part, (4, 3))[:3, 2] for part in (
+                state.motion.values, state.motion.variances))
+            errors.append((values - truth) / np.sqrt(variances))
+    score = np.sqrt(np.mean(np.square(errors), axis=0))
+    told = slice(2, 3) if source == 'measured' else slice(0, 3)
+    assert len(errors) > 2000 and (0.2 < score[told]).all() and (score[told] < 1.2).all(), score
+
+
 def sine(t, w):
     """Return positions, velocities and accelerations of a fast motion."""
     a = np.array([0.3, 0.3, 0.3])

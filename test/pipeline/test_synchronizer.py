@@ -5,7 +5,9 @@ import itertools
 
 import numpy as np
 import pytest
+from scipy.linalg import expm
 from screw_kinematics.errors import Reason
+from screw_kinematics.motion.joint_motion import JointMotion
 from screw_kinematics.pipeline.group_motion import Motion
 from screw_kinematics.pipeline.joint_groups import JointGroup
 from screw_kinematics.pipeline.synchronizer import Synchronizer
@@ -128,6 +130,31 @@ def test_once_cleared_it_waits_for_all(arm, hand):
     joined.add(arm, Motion(5, [1.0, 3.0]))
     joined.clear()
     assert joined.add(hand, Motion(5, [2.0])) is Reason.JOINTS_MISSING
+
+
+@pytest.mark.parametrize('later', [7 * MS, -11 * MS])
+def test_carried_covariances_are_those_of_the_motion_that_carries(arm, hand, later):
+    """Of the state x at a time, at another one e^(N dt) x: covariance e^(N dt) C e^(N dt)^T."""
+    rng = np.random.default_rng(8)
+    root = rng.normal(size=(2, 4, 4)) * [[1], [10], [100], [1000]]
+    covariances = root @ root.swapaxes(1, 2)
+    covariances[1, 0] = covariances[1, :, 0] = np.nan       # a position that nobody knows
+    estimate = JointMotion(0.0, [0.0] * 8, lambda: covariances)
+    joined = Synchronizer(3)
+    # The hand sets the instant: it is older, or it alone keeps up.
+    carried = Motion(20 * MS, [0.0] * 8, estimate.variances, estimate=estimate)
+    joined.add(hand, Motion((20 * MS) + later, [0.0] * 4))
+    whole = joined.add(arm, carried)
+    if later > 0:
+        whole = joined.add(hand, Motion(20 * MS + later, [0.0] * 4))
+        whole = joined.add(hand, Motion(20 * MS + later, [0.0] * 4))
+    assert whole.stamp_ns == 20 * MS + later
+    step = expm(np.eye(4, k=1) * later * 1e-9)
+    found = np.reshape(whole.variances, (4, 3))
+    np.testing.assert_allclose(found[:, 0], np.diag(step @ covariances[0] @ step.T), rtol=1e-9)
+    known = (step @ np.nan_to_num(covariances[1]) @ step.T).diagonal()[1:]
+    np.testing.assert_allclose(found[1:, 2], known, rtol=1e-9)
+    assert np.isnan(found[0, 2]) and np.isnan(found[:, 1]).all()
 
 
 def test_variances_come_in_the_order_of_the_robot_and_are_unknown_where_nobody_knows(arm, hand):
