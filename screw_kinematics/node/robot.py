@@ -157,8 +157,13 @@ class Robot:
             self._log.info(f'{self.name}: {model!r}')
 
         def failed(error: ScrewKinematicsError) -> None:
+            if settings is not self.settings:
+                self.load_from_topic(text)
+                return
             self.model_error = str(error)
-            kept = 'the old model stays' if self.model is not None else 'waiting for another one'
+            kept = 'the old model stays'
+            if self.model is None:      # other settings may suit it
+                self._description, kept = text, 'waiting for another one, or other parameters'
             self._log.error(f'{self.name}: {error}; {kept}')
 
         self._worker.submit((self, 'model'), partial(build_model, settings, text), done, failed)
@@ -180,6 +185,8 @@ class Robot:
         old, self.settings = self.settings, settings
         self.publishers.advertise(settings)
         if self.model is None:
+            if self._description is not None and settings != old:
+                self.load_from_topic(self._description)
             return
         if model is not self.model:
             self._set_model(model)

@@ -123,3 +123,20 @@ def test_what_happens_to_one_is_nothing_to_the_others(context, tmp_path):
             values = {key: int(rig.status(robot)[2][key])
                       for key in ('received', 'used', 'refused')}
             assert values['received'] == values['used'] + values['refused']
+
+
+def test_a_description_that_did_not_suit_the_parameters_is_read_again_with_others(
+        context, tmp_path):
+    """The topic says it once; the parameter is set right, in two steps, the first one wrong."""
+    parameters = {'robots': ['leg'], 'leg': {'tip_frame': 'fot', 'base_frame': 'pelvs'}}
+    with running(context, tmp_path, parameters) as rig:
+        twists = rig.listen('leg/twist', TwistStamped)
+        rig.node.create_publisher(String, 'robot_description', LATCHED).publish(
+            String(data=leg(0.4)))
+        rig.wait(lambda: "'pelvs'" in rig.status('leg')[1])
+        assert rig.set_parameters(leg__base_frame='pelvis').successful
+        rig.wait(lambda: "'fot'" in rig.status('leg')[1])
+        assert rig.status('leg')[0] == b'\2' and not twists
+        assert rig.set_parameters(leg__tip_frame='foot').successful
+        with source('joint_states', 0, LEG):
+            rig.wait(lambda: twists and is_of_leg(twists[-1], 0.4, 'foot'))
