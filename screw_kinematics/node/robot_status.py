@@ -38,11 +38,11 @@ class RobotCounts:
         self.received, self.outputs = account.received, account.outputs
         self.foreign = False
         """Whether stamps of the latest outputs were not of this clock."""
-        self.faults = faults_of(robot).total()
+        self.faults = faults_of(robot)
         self.without_base = account.without_base
         base = base_of(robot)
         self.base_refused = 0 if base is None else base.account.refused.total()
-        self.used_later = account.used_later.total()
+        self.refused, self.used_later = Counter(account.refused), Counter(account.used_later)
         self.wrenches = {tip: _WrenchCounts(sensor.account.received,
                                             sensor.account.refused.total(), sensor.compensated)
                          for tip, sensor in robot.publishers.sensors.items()}
@@ -132,9 +132,10 @@ class RobotStatus:
         if state != 'active':
             return OK, f'{state}: not listening'
         faults = pipeline.faults(publishers)
-        if 0 < new <= new_faults:
-            return ERROR, '; '.join(
-                [f'every message is refused: {_most_frequent(robot, publishers)}', *faults])
+        if 0 < new <= new_faults.total():
+            return ERROR, '; '.join([
+                f'every message is refused: {_most_frequent(robot, new_faults, publishers)}',
+                *faults])
         if new and faults:
             return WARN, '; '.join(faults)
         base = pipeline.base
@@ -146,8 +147,9 @@ class RobotStatus:
         if missing:
             nothing = len(missing) == len(pipeline.joint_names)
             return (STALE if nothing else WARN), pipeline.describe_missing()
-        if new_faults > 0:
-            return WARN, f'{new_faults} messages refused: {_most_frequent(robot, publishers)}'
+        if new_faults:
+            return WARN, (f'{new_faults.total()} messages refused: '
+                          f'{_most_frequent(robot, new_faults, publishers)}')
         if not robot.publishers.wanted:
             return OK, 'ready; nobody listens'
         complaints = [text for tip in robot.publishers.sensors if robot.wants_wrench(tip)
@@ -159,7 +161,7 @@ class RobotStatus:
             return OK, f'no output yet: {robot.at_work}'
         if new and not outputs:
             return (WARN if doubts else OK), '; '.join(
-                [f'no output: {_most_frequent_use(robot)}', *doubts])
+                [f'no output: {self._most_frequent_use()}', *doubts])
         age = self._foreign_age()
         if age is not None:
             return WARN, (f'stamps are not of this clock: {abs(age):.6g} s '
@@ -175,9 +177,9 @@ class RobotStatus:
         before = self._since.wrenches.get(tip, now)
         complaints = []
         if now.refused > before.refused:
-            reason, _ = account.refused.most_common(1)[0]
-            complaints.append(f'{topic}: {now.refused - before.refused} wrenches refused: '
-                              f'{reason} ({account.details.get(reason, "")})')
+            reason, detail = list(account.details.items())[-1]
+            complaints.append(f'{topic}: {now.refused - before.refused} wrenches refused: {reason}'
+                              + (f' ({detail})' if detail else ''))
         latest = sensor.latest_ns
         if not now.received:
             complaints.append(f'{topic}: no wrench has come')
@@ -188,6 +190,12 @@ class RobotStatus:
                     f'{topic}: the latest wrench is {abs(apart):.6g} s '
                     f'{"older" if apart > 0 else "newer"} than the latest joint states')
         return complaints
+
+    def _most_frequent_use(self) -> str:
+        """Return what became of most of the messages that led to no output."""
+        counts, since = self.counts, self._since
+        became = counts.used_later - since.used_later or counts.refused - since.refused
+        return str(became.most_common(1)[0][0]) if became else 'nothing used'
 
     def _foreign_age(self) -> float | None:
         """Return how old outputs are by stamps of another clock [s]; None if it is this one."""
@@ -209,17 +217,12 @@ def faults_of(robot: Robot) -> Counter[Reason]:
                     if reason not in HARMLESS})
 
 
-def _most_frequent(robot: Robot, publishers: int) -> str:
-    reason = faults_of(robot).most_common(1)[0][0]
+def _most_frequent(robot: Robot, faults: Counter[Reason], publishers: int) -> str:
+    reason = faults.most_common(1)[0][0]
     detail = robot.account.details.get(reason) or ADVICE.get(reason, '')
     if reason is Reason.STAMP_NOT_INCREASING and publishers > 1:
         detail = f'the topic has {publishers} publishers'
     return f'{reason} ({detail})' if detail else str(reason)
-
-
-def _most_frequent_use(robot: Robot) -> str:
-    uses = robot.account.used_later.most_common(1)
-    return str(uses[0][0]) if uses else 'nothing used'
 
 
 def _estimation(robot: Robot) -> dict[str, Any]:

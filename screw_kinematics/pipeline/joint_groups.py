@@ -129,6 +129,29 @@ class JointGroups:
         velocity = layout.select(velocities) if len(velocities) == layout.length else None
         return Reading(layout.group, stamp_ns, position, velocity)
 
+    def describe(self, sample: JointSample, refused: Reason) -> str:
+        """
+        Return which joint and which number a sample was refused for, if that tells more.
+
+        Examples
+        --------
+        >>> groups = JointGroups(['shoulder', 'elbow'])
+        >>> sample = JointSample(5, ('shoulder', 'elbow'), (0.1, float('nan')), ())
+        >>> groups.describe(sample, groups.read(sample))
+        'elbow at nan'
+
+        """
+        _, names, positions, _ = sample
+        if refused is Reason.WRONG_LENGTH:
+            return f'{len(positions)} positions for {len(names)} names'
+        if refused is Reason.NOT_FINITE:
+            own = [(name, x) for name, x in zip(names, positions) if name in self._column]
+            return listed(f'{name} at {x:g}' for name, x in own
+                          if not abs(x) * len(own)**0.5 < LARGEST)
+        if refused is Reason.NAMED_TWICE:
+            return listed(name for name in dict.fromkeys(names) if names.count(name) > 1)
+        return ''
+
     def missing(self) -> list[str]:
         """Return the names of the joints that no group brings."""
         seen = {column for columns in self._groups for column in columns}

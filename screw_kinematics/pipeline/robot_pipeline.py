@@ -88,7 +88,7 @@ class RobotPipeline:
             sample = sample._replace(stamp_ns=sample.stamp_ns + self._offset_ns)
         found = self._groups.read(sample)
         if not isinstance(found, Reading):
-            return account.close(found)
+            return account.close(found, self._groups.describe(sample, found))
         reading = found         # whose type is in the .pxd
         group = reading.group
         watch = self._watches.get(group.columns) or self._begin_watch(group)

@@ -87,9 +87,9 @@ class WrenchSensor:
 
     def _refusal(self, sample: WrenchSample) -> tuple[Reason | None, str]:
         if sample.stamp_ns < 0:
-            return Reason.STAMP_NEGATIVE, ''
+            return Reason.STAMP_NEGATIVE, f'{sample.stamp_ns * 1e-9:.3f} s'
         if not hypot(*sample.values) < inf:
-            return Reason.VALUES_NOT_FINITE, ''
+            return Reason.VALUES_NOT_FINITE, f'{sample.values}'
         if self.pose is None or sample.frame_id != self._heard:
             named = self.settings.wrench_frame
             link = named or sample.frame_id.removeprefix(self.settings.frame_prefix)

@@ -123,9 +123,14 @@ def test_it_says_whether_its_core_is_compiled(rig):
 def test_levels_of_the_diagnostics(rig):
     publisher, stamp = rig.publisher('level'), rig.node.get_clock().now().nanoseconds
     q, qd = smooth_motion(6, 0.0)
-    good, bad = joint_state(JOINTS, 0, q, qd), joint_state(JOINTS, 0, [math.nan] * 6, qd)
+    good, bad = joint_state(JOINTS, 0, q, qd), joint_state(JOINTS, 0, [*q[:5], math.nan], qd)
+    short, twice = joint_state(JOINTS, 0, q[:5]), joint_state([*JOINTS[:5], JOINTS[0]], 0, q)
     for messages, level, told in (
-            ([good], b'\0', 'running'), ([bad], b'\2', 'every message is refused'),
+            ([good], b'\0', 'running'), ([bad], b'\2', 'every message is refused: '
+                                         f'position_not_finite ({JOINTS[5]} at nan)'),
+            # What is refused now, not what was most often.
+            ([short], b'\2', 'position_of_wrong_length (5 positions for 6 names)'),
+            ([twice], b'\2', f'joint_named_twice ({JOINTS[0]})'),
             ([good, good, bad], b'\1', 'messages refused: position_not_finite'),
             ([good], b'\0', 'running')):
         def reported():
