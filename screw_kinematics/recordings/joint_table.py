@@ -125,10 +125,11 @@ class JointTable:
         """Yield what Arrow reads; stamps in text keep all their digits."""
         import pyarrow
         from pyarrow import csv, parquet
-        if self.path.suffix == '.parquet':
+        if self.path.suffix.lower() == '.parquet':
             yield from parquet.ParquetFile(self.path).iter_batches(16_384)
             return
-        with pyarrow.input_stream(str(self.path), compression='detect') as stream:
+        packed = 'gzip' if self.path.suffix.lower() == '.gz' else None
+        with pyarrow.input_stream(str(self.path), compression=packed) as stream:
             lines = stream.read(1 << 16).splitlines()
         # A character may be cut where the line did not end.
         head = lines[0].decode('utf-8-sig', 'strict' if lines[1:] else 'ignore') if lines else ''
@@ -150,7 +151,7 @@ class JointTable:
         def table(types: Mapping[str, Any]) -> Any:
             uneven.clear()
             return csv.open_csv(
-                stack.enter_context(pyarrow.input_stream(str(self.path), compression='detect')),
+                stack.enter_context(pyarrow.input_stream(str(self.path), compression=packed)),
                 csv.ReadOptions(**options),
                 csv.ParseOptions(delimiter=separator, invalid_row_handler=skip),
                 csv.ConvertOptions(column_types=types))

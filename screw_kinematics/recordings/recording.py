@@ -210,7 +210,7 @@ def full_name(namespace: str, topic: str) -> str:
 
 
 def _ending(file: Path) -> str:
-    return Path(file.name.removesuffix('.zstd')).suffix
+    return Path(file.name.lower().removesuffix('.zstd')).suffix
 
 
 def _by_number(file: Path) -> list[tuple[int, str]]:

@@ -56,7 +56,7 @@ def opened(place: str, table: TableFormat) -> Iterator[Recording | JointTable]:
                     files.get_file(file, str(copy))
             with opened(str(target), table) as recording:
                 yield recording
-    elif place.endswith(ENDINGS):
+    elif place.lower().endswith(ENDINGS):
         yield JointTable(Path(place), table)
     else:
         with Recording(Path(place)) as recording:
@@ -88,8 +88,8 @@ def group_files(files: Iterable[str]) -> dict[str, list[str]]:
             folders.setdefault(folder, []).append(name)
     found: dict[str, list[str]] = {}
     for folder, names in sorted(folders.items()):
-        recordings = sorted(name for name in names if name.endswith(_RECORDINGS))
-        storages = [name for name in recordings if name.endswith(_STORAGES)]
+        recordings = sorted(name for name in names if name.lower().endswith(_RECORDINGS))
+        storages = [name for name in recordings if name.lower().endswith(_STORAGES)]
         bag = storages == recordings and (_numbered(storages) or len(storages) == 1 and (
             _without_ending(storages[0]) == folder.rpartition('/')[2]))
         if METADATA in names or bag:
@@ -138,11 +138,12 @@ def _local(path: str) -> Iterator[tuple[str, tuple[int, str]]]:
         glob(path, recursive=True))
     for each in map(Path, given):
         if each.is_file():
-            groups = {str(each): [str(each)]} if each.name.endswith(_RECORDINGS) else {}
+            groups = {str(each): [str(each)]} if (
+                each.name.lower().endswith(_RECORDINGS)) else {}
         else:
             groups = group_files(file.as_posix() for file in sorted(each.rglob('*'))
                                  if file.is_file() and file.parent != each / '_done')
-            if len(groups) == 1 and next(iter(groups)).endswith(_STORAGES):
+            if len(groups) == 1 and next(iter(groups)).lower().endswith(_STORAGES):
                 groups = {str(each): next(iter(groups.values()))}     # a bag without metadata
         for place, files in groups.items():
             about = [Path(file).stat() for file in files]
@@ -198,5 +199,4 @@ def _numbered(names: Sequence[str]) -> bool:
 
 
 def _without_ending(name: str) -> str:
-    ending = max((e for e in _RECORDINGS if name.endswith(e)), key=len, default='')
-    return name.removesuffix(ending) if ending else name
+    return name[:len(name) - max(len(e) for e in ('', *_RECORDINGS) if name.lower().endswith(e))]

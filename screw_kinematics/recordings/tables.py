@@ -97,10 +97,10 @@ class TableWriter:
 def read_history(path: Path, quantities: Sequence[str]) -> History:
     """Return states out of a table."""
     arrow = optional_module('pyarrow', 'bag', 'reading tables')
-    if path.suffix not in ENDINGS:
+    if path.suffix.lower() not in ENDINGS:
         raise ToolError(f'{path}: allowed: a file ending in {" or ".join(ENDINGS)}')
     try:
-        if path.suffix == '.csv':
+        if path.suffix.lower() == '.csv':
             from pyarrow import csv
             table = csv.read_csv(str(path))
         else:

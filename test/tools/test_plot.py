@@ -138,11 +138,29 @@ def test_forces_of_legs_are_drawn_along_them():
             np.testing.assert_allclose(np.cross(end - begin, joint - begin), 0, atol=1e-12)
 
 
-@pytest.mark.parametrize('ending', plot.ENDINGS)
+@pytest.mark.parametrize('arguments, told', [
+    (['motion', '--duration', 'nan'], "'duration' is nan; allowed: more than 0"),
+    (['motion', '--duration', '-1'], "'duration' is -1.0; allowed: more than 0"),
+    (['axodes', '--duration', 'inf'], "'duration' is inf; allowed: more than 0"),
+    (['motion', '--quantities', ''], "--quantities: got ''; allowed: names with commas"),
+    (['screws', '--q', '1,2,a'], "--q: got '1,2,a'; allowed: finite numbers with commas"),
+    (['screws', '--q', '1,2,nan'], "--q: got '1,2,nan'; allowed: finite numbers with commas")])
+def test_what_cannot_be_drawn_is_told_in_one_line(arguments, told, tmp_path, capsys):
+    kind, *options = arguments
+    picture = tmp_path / 'picture.png'
+    try:
+        code = plot.main([kind, str(ROBOTS / 'rpr.yaml'), *options, '--output', str(picture)])
+    except SystemExit as end:
+        code = end.code
+    line, = capsys.readouterr().err.splitlines()
+    assert code == 2 and told in line and not picture.exists()
+
+
+@pytest.mark.parametrize('ending', [*plot.ENDINGS, '.PNG'])
 def test_file_formats(tmp_path, ending):
-    output = tmp_path / f'picture{ending}'
+    output = tmp_path / 'folder' / f'picture{ending}'
     assert plot.main(['figure11', '--output', str(output)]) == 0
-    head = {'.png': b'\x89PNG', '.svg': b'<?xml', '.pdf': b'%PDF'}[ending]
+    head = {'.png': b'\x89PNG', '.svg': b'<?xml', '.pdf': b'%PDF'}[ending.lower()]
     assert output.read_bytes().startswith(head)
 
 

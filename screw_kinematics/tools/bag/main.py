@@ -113,17 +113,18 @@ def _tasks(arguments: argparse.Namespace) -> list[Task]:
     if output is None:
         form = ''
     elif len(sources) > 1 or form == 'dataset':
-        if output.suffix in (*ENDINGS, *NOT_WRITTEN):
+        if output.suffix.lower() in (*ENDINGS, *NOT_WRITTEN):
             raise ParameterError('output', str(output), 'a folder, as many files go there; '
                                  '--format csv or parquet makes them tables')
         form, folder = form or 'dataset', output
     else:
-        if not form and output.suffix in NOT_WRITTEN:
+        ending = output.suffix.lower()
+        if not form and ending in NOT_WRITTEN:
             raise ParameterError('output', str(output), 'a file ending in .csv or .parquet, or '
                                  'the folder of a bag')
-        form = form or (output.suffix[1:] if output.suffix in ENDINGS else
-                        'sqlite3' if output.suffix == '.db3' else 'mcap')
-        folder, name = output.parent, output.stem if output.suffix in ENDINGS else output.name
+        form = form or (ending[1:] if ending in ENDINGS else
+                        'sqlite3' if ending == '.db3' else 'mcap')
+        folder, name = output.parent, output.stem if ending in ENDINGS else output.name
     chosen = {} if arguments.outputs is None else {
         'outputs': [word for word in arguments.outputs.split(',') if word]}
     robots = tuple(settings_options.settings_of(arguments, chosen))

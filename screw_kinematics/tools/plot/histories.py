@@ -33,7 +33,7 @@ def pyplot() -> Any:
 
 def check_ending(path: Path, option: str = 'plot') -> None:
     """Raise ParameterError if a picture cannot be written into this file."""
-    if path.suffix not in ENDINGS:
+    if path.suffix.lower() not in ENDINGS:
         raise ParameterError(option, str(path), f'a file ending in {", ".join(ENDINGS)}')
 
 

@@ -20,6 +20,7 @@ from ...errors import ParameterError, ShapeError
 from ...recordings.history import History, QUANTITIES
 from ...recordings.recorded_states import read_bag_histories
 from ...recordings.tables import ENDINGS as TABLES, read_history
+from ...screws.se3 import Array
 
 EXAMPLES = """\
   plot figure11 --output figure11.svg
@@ -32,6 +33,9 @@ EXAMPLES = """\
   plot screws config/robots/rpr.yaml --q 0.5,0.3,-0.2 --qd 1,0.1,0.5
   plot axodes config/robots/puma560.yaml --output axodes.png
 """
+
+LONGEST = 86_400.0
+"""Motion that is drawn [s]."""
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -93,7 +97,8 @@ def _plot(arguments: argparse.Namespace) -> int:
     if output is not None:
         # Without a date, so that the same states give the same file.
         metadata = {'.svg': {'Date': None}, '.pdf': {'CreationDate': None}}
-        figure.savefig(output, dpi=110, metadata=metadata.get(output.suffix))
+        output.parent.mkdir(parents=True, exist_ok=True)
+        figure.savefig(output, dpi=110, metadata=metadata.get(output.suffix.lower()))
     elif plt.get_backend() == 'agg':
         raise ParameterError('output', None, 'a file, as no window can be opened here')
     else:
@@ -103,7 +108,7 @@ def _plot(arguments: argparse.Namespace) -> int:
 
 def _draw_motion(arguments: argparse.Namespace) -> Any:
     robot = robot_options.load(arguments)
-    time = np.linspace(0.0, arguments.duration, 1001)
+    time = _time(arguments, 1001)
     history = motion_history(robot, robot_options.motion(robot, arguments.motion), time,
                              arguments.quantities, f'{robot.name}, motion {arguments.motion}')
     return draw_history([history], arguments.mm)
@@ -127,7 +132,7 @@ def _draw_recorded(arguments: argparse.Namespace) -> Any:
 
 
 def _histories(file: Path, quantities: Sequence[str]) -> list[History]:
-    if file.suffix in TABLES:
+    if file.suffix.lower() in TABLES:
         return [read_history(file, quantities)]
     return read_bag_histories(file, quantities)
 
@@ -147,13 +152,31 @@ def _draw_screws(arguments: argparse.Namespace) -> Any:
 
 def _draw_axodes(arguments: argparse.Namespace) -> Any:
     robot = robot_options.load(arguments)
-    time = np.linspace(0.0, arguments.duration, 201)
+    time = _time(arguments, 201)
     return draw_axodes(robot, robot_options.motion(robot, arguments.motion), time)
 
 
+def _time(arguments: argparse.Namespace, count: int) -> Array:
+    """Return instants of a motion [s]."""
+    if not 0 < arguments.duration <= LONGEST:
+        raise ParameterError('duration', arguments.duration,
+                             f'more than 0, at most {LONGEST:g} s')
+    return np.linspace(0.0, arguments.duration, count)
+
+
 def _words(text: str) -> list[str]:
-    return [word for word in text.split(',') if word]
+    words = [word for word in text.split(',') if word]
+    if not words:
+        raise argparse.ArgumentTypeError(f'got {text!r}; allowed: names with commas between')
+    return words
 
 
 def _numbers(text: str) -> list[float]:
-    return [float(word) for word in text.split(',')]
+    try:
+        found = [float(word) for word in text.split(',')]
+    except ValueError:
+        found = [np.nan]
+    if not np.isfinite(found).all():
+        raise argparse.ArgumentTypeError(
+            f'got {text!r}; allowed: finite numbers with commas between')
+    return found
