@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Recordings are found wherever they are, and each is one."""
 import functools
+import gzip
 import http.server
 import shutil
 import threading
@@ -53,6 +54,28 @@ def test_names_are_short_and_different():
     assert short_names(['/d/a/run.mcap', '/d/b/run.mcap']) == ['a-run', 'b-run']
     assert short_names(['/d/a/run.mcap']) == ['run']
     assert short_names(['s3://lab/x.db3.zstd', 's3://lab/y']) == ['x', 'y']
+
+
+def test_endings_in_capitals_are_the_same(folder, tmp_path):
+    table = ['t,' + ','.join(f'q{k}' for k in range(1, 7))]
+    table += [f'{k / 200},' + ','.join(['%g' % (k / 1000)] * 6) for k in range(300)]
+    (tmp_path / 'log.csv').write_text('\n'.join(table))
+    with gzip.open(tmp_path / 'packed.csv.gz', 'wt') as file:
+        file.write('\n'.join(table))
+    capitals = tmp_path / 'capitals'
+    capitals.mkdir()
+    for k, original in enumerate([folder / 'monday' / 'run.db3', folder / 'monday' / 'run.bag',
+                                  tmp_path / 'log.csv', tmp_path / 'packed.csv.gz']):
+        stem, _, ending = original.name.partition('.')
+        copy = shutil.copy(original, capitals / f'{stem}{k}.{ending.upper()}')
+        states = []
+        for place, output in (original, f'{k}a.csv'), (copy, f'{k}b.CSV'):
+            assert bag.main([str(place), '--robot', PUMA, '--output', str(tmp_path / output),
+                             '--processes', '1']) == 0
+            states.append((tmp_path / output.lower()).read_text())
+        assert states[0] == states[1]
+    assert {source.name for source in find_sources([str(capitals)])} == {
+        'run0', 'run1', 'log2', 'packed3'}
 
 
 def test_folders_patterns_and_files(folder):
