@@ -113,9 +113,20 @@ class JointMotion:
 
     def variances_after(self, dt: float, order: int) -> list[float]:
         """
-        Return the variances of one derivative where the motion is carried on by its own ones.
+        Return the variances of one derivative where the motion's own ones carry it on.
 
-        By a time in s, which may be negative; order 0: of the positions.
+        Parameters
+        ----------
+        dt : float
+            By so much, s; may be negative.
+        order : int
+            The derivative of the positions, 0 to 3.
+
+        Returns
+        -------
+        list of float, length n
+            Those of each joint; NaN where not known.
+
         """
         steps = np.array([1.0, dt, dt**2 / 2, dt**3 / 6])[:4 - order]
         found: list[float] = (self.covariance[:, order:, order:] @ steps @ steps).tolist()
