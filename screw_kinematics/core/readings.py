@@ -166,8 +166,13 @@ class Readings:
             if not fabs(self.q[f + last - 1, j] - self.q[f, j]) > 0.9 * way:
                 continue
             for i in range(1, last - 1):
+                # By the stamps: by ticks, which those of an irregular device are far from, the
+                # share would seem less than it is.
+                span: cython.double = self.base[i + 1] - self.base[i - 1]
+                least: cython.double = 0.5 * span
+                span += self.deviation[f + i + 1] - self.deviation[f + i - 1]
                 v: cython.double = ((self.q[f + i + 1, j] - self.q[f + i - 1, j])
-                                    / (self.base[i + 1] - self.base[i - 1]))
+                                    / (span if span > least else least))
                 self.product[i] = v * (self.deviation[f + i] - self.deviation[f])
                 if i == 1:
                     self.product[0] = 0.0

@@ -264,7 +264,8 @@ class DeviceClock:
             self._ratio = unit / period                 # stamps alone need none
         if agree:
             onward = span if self.share == 1.0 else d * unit + self.share * step * self._ratio
-        elif by_stamps and self.share > 0.5:
+        elif by_stamps and self.share > 0.5 or (
+                self.share == 1.0 and self.proven and foreseen.told):
             onward = foreseen.nearer(d, span, unit)
         else:
             onward = d * unit

@@ -197,9 +197,33 @@ def test_readings_that_were_given_other_times_have_these():
     np.testing.assert_allclose(times, stamps, atol=1e-12)
 
 
+def late_by_chance(rng):
+    return np.arange(1800) / 300 + rng.exponential(3e-4, 1800)
+
+
+def by_events(rng):
+    return np.cumsum(rng.uniform(0.3, 1.7, 1800)) / 300
+
+
+@pytest.mark.parametrize('times, price', [(late_by_chance, 1.2), (by_events, 6.0)])
+@pytest.mark.parametrize('seed', [0, 1, 2, 3])
+def test_stamps_that_are_true_are_believed_however_irregular(times, price, seed):
+    motion, errors = motion_of(seed), []
+    stamps = np.unique(times(np.random.default_rng(seed)))
+    positions = np.round(motion(stamps)[0] / 1e-4) * 1e-4
+    for regularise in (True, False):
+        estimator, squares = MotionEstimator(JOINTS, regularise=regularise), []
+        for stamp, position in zip(stamps.tolist(), positions):
+            found = estimator.update(stamp, position)
+            if found is not None and stamp > SETTLED:
+                squares.append((found.velocity - motion(np.array([stamp]))[1][0])**2)
+        errors.append(np.sqrt(np.mean(squares)))
+    assert errors[0] < price * errors[1], errors
+
+
+@pytest.mark.parametrize('steps', [0.1, 0.35, 0.7, 0.9, 1.0, 1.2, 2.0, 3.0])
 @pytest.mark.parametrize('delay', [0.0, 0.02])
 @pytest.mark.parametrize('rate', [100, 500, 1000])
-@pytest.mark.parametrize('steps', [0.1, 0.35, 0.7, 0.9, 1.0, 1.2, 2.0, 3.0])
 def test_a_coarse_encoder_that_repeats_itself_holds_no_reading(steps, rate, delay):
     """However many steps a message the joint makes at the most."""
     stamps, step = np.arange(4 * rate) / rate, 1e-3
