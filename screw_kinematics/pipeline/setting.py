@@ -164,9 +164,10 @@ def _items(value: Any) -> list[Any]:
         raise ValueError from None
 
 
-def choice(name: str, default: str, text: str, choices: tuple[str, ...]) -> Setting:
+def choice(name: str, default: str, text: str, choices: tuple[str, ...],
+           fixed: str = '') -> Setting:
     """Return a parameter that is one of some words."""
-    return Setting(name, default, text, f'one of {", ".join(choices)}', one_of(*choices))
+    return Setting(name, default, text, f'one of {", ".join(choices)}', one_of(*choices), fixed)
 
 
 def quantity(name: str, default: float, text: str, low: float, high: float) -> Setting:

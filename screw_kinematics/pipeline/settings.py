@@ -54,9 +54,9 @@ NODE = (
     Setting('autostart', True,
             'Configure and activate at once; false: a lifecycle manager does it.',
             'true or false', boolean, 'started'),
-    Setting('executor', 'events',
-            "ROS's events executor where it exists, or its default, single-threaded one.",
-            f'one of {", ".join(EXECUTORS)}', one_of(*EXECUTORS), 'started'),
+    choice('executor', 'events',
+           "ROS's events executor where it exists, or its default, single-threaded one.",
+           EXECUTORS, 'started'),
     Setting('allow_remote_parameters', True,
             'Offer the parameter services; false: parameters come from files and arguments only.',
             'true or false', boolean, 'started'),
@@ -249,9 +249,9 @@ class RobotSettings:
         Those of a tip, such as ``tool0.outputs``, may be among them.
         """
         prefix = f'{name}.'
-        checked = _gathered({s.name: s.read(values[s.name], prefix) for s in ROBOT})
-        estimator = {key.removeprefix('estimator.'): checked.pop(key)
-                     for key in list(checked) if key.startswith('estimator.')}
+        checked = {s.name: s.read(values[s.name], prefix) for s in ROBOT}
+        checked['payload'] = Payload(**_taken(checked, 'payload.'))
+        estimator = _taken(checked, 'estimator.')
         checked['base_motion_topic'] = checked['base_motion_topic'].strip()
         checked['relative_to'] = _relative_to(
             checked['base_motion_topic'], checked['relative_to'], prefix)
@@ -279,8 +279,9 @@ class RobotSettings:
     def _of_tip(self, tip: str, values: Mapping[str, Any]) -> RobotSettings:
         """Return the settings of one tip: what it has not of its own is the robot's."""
         prefix = f'{self.name}.{tip}.'
-        own = _gathered({s.name: s.read(values.get(f'{tip}.{s.name}', values[s.name]), prefix)
-                         for s in OF_TIP})
+        own = {s.name: s.read(values.get(f'{tip}.{s.name}', values[s.name]), prefix)
+               for s in OF_TIP}
+        own['payload'] = Payload(**_taken(own, 'payload.'))
         own['relative_to'] = _relative_to(self.base_motion_topic, own['relative_to'], prefix)
         return replace(self, name=prefix[:-1], tip_frame=tip, tips=(), **own)
 
@@ -306,12 +307,10 @@ class RobotSettings:
         return any(self.tool_offset)
 
 
-def _gathered(checked: dict[str, Any]) -> dict[str, Any]:
-    """Return values by name, those of the payload in one."""
-    mark = 'payload.'
-    body = {key.removeprefix(mark): checked.pop(key) for key in list(checked)
-            if key.startswith(mark)}
-    return {**checked, 'payload': Payload(**body)}
+def _taken(values: dict[str, Any], prefix: str) -> dict[str, Any]:
+    """Take those whose names have a prefix out of values; return them without it."""
+    return {name.removeprefix(prefix): values.pop(name) for name in list(values)
+            if name.startswith(prefix)}
 
 
 def _relative_to(topic: str, given: str, prefix: str) -> str:

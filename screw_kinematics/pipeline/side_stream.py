@@ -4,11 +4,10 @@
 from __future__ import annotations
 
 from bisect import bisect_left
-from collections.abc import Sequence
 
 from ..errors import Reason
 
-Values = Sequence[float]
+Values = tuple[float, ...]
 
 
 class SideStream:
@@ -66,24 +65,17 @@ class SideStream:
             del stamps[:old], self._values[:old]
         return None
 
-    def around(self, stamp_ns: int) -> tuple[Values, Values, float] | Reason:
-        """Return the samples before and after an instant, and how far it is between them."""
+    def at(self, stamp_ns: int) -> Values | Reason:
+        """Return the values at an instant, on the line between two samples; or why not."""
         stamps = self._stamps
         after = bisect_left(stamps, stamp_ns)
         if after == len(stamps):
             return Reason.AWAITED
         values = self._values[after]
         if stamps[after] == stamp_ns:
-            return values, values, 0.0
+            return values
         step = stamps[after] - stamps[after - 1] if after else 0
         if not 0 < step <= self._max_gap_ns:
             return Reason.NOT_COVERED
-        return self._values[after - 1], values, (stamp_ns - stamps[after - 1]) / step
-
-    def at(self, stamp_ns: int) -> tuple[float, ...] | Reason:
-        """Return the values at an instant, on the line between two samples; or why not."""
-        found = self.around(stamp_ns)
-        if isinstance(found, Reason):
-            return found
-        before, after, share = found
-        return tuple([a + share * (b - a) for a, b in zip(before, after)])
+        share = (stamp_ns - stamps[after - 1]) / step
+        return tuple([a + share * (b - a) for a, b in zip(self._values[after - 1], values)])
