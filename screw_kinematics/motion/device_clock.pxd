@@ -33,7 +33,7 @@ cdef class DeviceClock:
     cdef HeldReadings _repeated
     cdef object _begun, _position
     cdef double _first, _last, _time, _ahead, _ratio
-    cdef double _wrong, _heard, _messages, _before, _spacing, _doubt
+    cdef double _wrong, _true, _heard, _messages, _before, _spacing, _doubt
     cdef long _told, _contrary
     cdef bint _lossy
 
@@ -55,7 +55,7 @@ cdef class DeviceClock:
     cdef Placed _hold(self, TickCounter ticks, double stamp)
     cdef Placed _stand(self, TickCounter ticks, double stamp, object position, long d)
     @cython.locals(period=double, unit=double, age=double, step=double, span=double, most=double,
-                   agree=bint, onward=double, late=double, off=double)
+                   agree=bint, right=bint, onward=double, late=double, off=double)
     cdef _place(self, TickCounter ticks, double stamp, object position, bint same, long d,
                 bint by_stamps, Foreseen foreseen)
     @cython.locals(vague=bint)

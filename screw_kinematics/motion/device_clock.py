@@ -28,6 +28,13 @@ measured anew: where many were lost at first, they seemed further apart."""
 TOLD = 0.25
 """Ticks by which joints may be from where they are foreseen once they have told the ticks."""
 
+OFF = 0.35
+"""Ticks by which joints may be from where the count foresees them, before they contradict it."""
+
+NO_TICKS = 0.25
+"""Deviation of stamps from their ticks, in periods, from which on there are none: it is as large
+where stamps are anywhere between."""
+
 REGULAR = 0.05
 """Deviation of stamps from their ticks, in periods, up to which they are right about a pause."""
 
@@ -91,6 +98,8 @@ class DeviceClock:
         # How often joints told ticks, how often otherwise than counted, of late; and the stamps,
         # in a row; whether ticks were lost that these could not tell.
         self._told, self._wrong, self._contrary, self._lossy = 0, 0.0, 0, False
+        # How often, of late, joints that contradicted the count went as far as the stamps say.
+        self._true = 0.0
         if known is not None and known.ticks is not None:
             self.ticks = known.ticks.fresh(stamp)
             self.unit = self.ticks.period
@@ -262,11 +271,15 @@ class DeviceClock:
             self.share == 1.0 or abs(stamp - ticks.phase - d * period) < most)
         if self.share < 1.0:
             self._ratio = unit / period                 # stamps alone need none
+        if not agree and foreseen.told and abs(foreseen.ticks - d) > OFF:
+            right = abs(foreseen.ticks * unit - span) < abs(foreseen.ticks - d) * unit
+            self._true += 0.3 * (right - self._true)
         if agree:
             onward = span if self.share == 1.0 else d * unit + self.share * step * self._ratio
-        elif by_stamps and self.share > 0.5 or (
+        elif by_stamps and self.share > 0.5 or self._true > 0.5 or (
                 self.share == 1.0 and self.proven and foreseen.told):
             onward = foreseen.nearer(d, span, unit)
+            agree = self._true > 0.5 and onward == span
         else:
             onward = d * unit
             if foreseen.told:
@@ -294,7 +307,7 @@ class DeviceClock:
         """Let the counter go on; return by how much the stamp is later than the tick, s."""
         vague = ticks.vague()
         if foreseen.told:
-            self._wrong += 0.05 * ((abs(foreseen.ticks - d) > 0.35 and not agree) - self._wrong)
+            self._wrong += 0.05 * ((abs(foreseen.ticks - d) > OFF and not agree) - self._wrong)
             self._told += 1
             if d > 1 and vague and not self._lossy:
                 # Some were lost, unseen while the joints rested.
@@ -320,7 +333,9 @@ class DeviceClock:
         if ticks.deviation > NOTHING * ticks.period:
             share = evidence.share(regression)
             if share is not None:
-                self.share = share
+                whole = self._true > 0.5 or share > 0.5 and (
+                    ticks.deviation > NO_TICKS * ticks.period)
+                self.share = 1.0 if whole else share
                 if not self.proven and share < 0.5:
                     replay = self._recount() or evidence.by_ticks(
                         self.unit, share * self.unit / ticks.period)

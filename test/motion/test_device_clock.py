@@ -205,7 +205,17 @@ def by_events(rng):
     return np.cumsum(rng.uniform(0.3, 1.7, 1800)) / 300
 
 
-@pytest.mark.parametrize('times, price', [(late_by_chance, 1.2), (by_events, 6.0)])
+def catching_up(rng):
+    """A loop that stands still now and then, and reads at once what it is late for."""
+    late, stamps = rng.exponential(1e-4, 1800), []
+    late[rng.random(1800) < 0.03] += 0.02
+    for k in range(1800):
+        stamps.append(max(k / 300, stamps[-1] + 2e-4 if k else 0.0) + late[k])
+    return np.array(stamps)
+
+
+@pytest.mark.parametrize('times, price', [
+    (late_by_chance, 1.2), (by_events, 6.0), (catching_up, 15.0)])
 @pytest.mark.parametrize('seed', [0, 1, 2, 3])
 def test_stamps_that_are_true_are_believed_however_irregular(times, price, seed):
     motion, errors = motion_of(seed), []
