@@ -206,7 +206,7 @@ def by_events(rng):
 
 
 def catching_up(rng):
-    """A loop that stands still now and then, and reads at once what it is late for."""
+    """Return the stamps of a loop that stands still now and then, and catches up at once."""
     late, stamps = rng.exponential(1e-4, 1800), []
     late[rng.random(1800) < 0.03] += 0.02
     for k in range(1800):
