@@ -208,7 +208,8 @@ def test_the_view_draws_a_robot_where_its_base_is(context, tmp_path):
             rig.wait_until_serving('mobile', ['pose', 'twist', 'accel'])
 
             def enough():
-                shown.listen(1e-3)
+                # Longer than what comes of a sample takes: the states shown are of one stamp.
+                shown.listen(0.02)
                 return len(motion.snapshots) > 40
             drive(rig, Odometry, odometry, enough)
         assert motion.world == 'odom'
