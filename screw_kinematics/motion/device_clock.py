@@ -28,9 +28,6 @@ measured anew: where many were lost at first, they seemed further apart."""
 TOLD = 0.25
 """Ticks by which joints may be from where they are foreseen once they have told the ticks."""
 
-OFF = 0.35
-"""Ticks by which joints may be from where the count foresees them, before they contradict it."""
-
 NO_TICKS = 0.25
 """Deviation of stamps from their ticks, in periods, from which on there are none: it is as large
 where stamps are anywhere between."""
@@ -271,7 +268,7 @@ class DeviceClock:
             self.share == 1.0 or abs(stamp - ticks.phase - d * period) < most)
         if self.share < 1.0:
             self._ratio = unit / period                 # stamps alone need none
-        if not agree and foreseen.told and abs(foreseen.ticks - d) > OFF:
+        if not agree and foreseen.contradicts(d):
             right = abs(foreseen.ticks * unit - span) < abs(foreseen.ticks - d) * unit
             self._true += 0.3 * (right - self._true)
         if agree:
@@ -307,7 +304,7 @@ class DeviceClock:
         """Let the counter go on; return by how much the stamp is later than the tick, s."""
         vague = ticks.vague()
         if foreseen.told:
-            self._wrong += 0.05 * ((abs(foreseen.ticks - d) > OFF and not agree) - self._wrong)
+            self._wrong += 0.05 * ((foreseen.contradicts(d) and not agree) - self._wrong)
             self._told += 1
             if d > 1 and vague and not self._lossy:
                 # Some were lost, unseen while the joints rested.

@@ -17,6 +17,7 @@ cdef class Foreseen:
     cdef public long near
 
     cdef bint far(self, double age) noexcept
+    cdef bint contradicts(self, long d) noexcept
     cdef double nearer(self, long d, double span, double unit) noexcept
     cdef object agreed_on(self, object position, long d)
     cpdef bint goes_on(self, object position, double unit, Bank bank) except -1

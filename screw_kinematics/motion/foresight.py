@@ -39,10 +39,14 @@ class Foreseen:
         """Whether this is longer than the filters foresee; by the stamp it is so many seconds."""
         return self.near >= FAR or self.near > FEW_TICKS and age > LONG
 
+    def contradicts(self, d: Ticks) -> bool:
+        """Whether joints tell that so many ticks are not how far they went."""
+        return self.told and abs(self.ticks - d) > NEXT
+
     def nearer(self, d: Ticks, span: float, unit: float) -> float:
         """Return d ticks, s, if joints are foreseen so far and it suits them better than span."""
         reaches = self.told and (
-            self.near < FAR or abs(self.ticks - d) < 0.35 and self.near > d + 1)
+            self.near < FAR or not self.contradicts(d) and self.near > d + 1)
         return d * unit if reaches and (
             abs(d - self.ticks) * unit <= abs(span - self.ticks * unit)) else span
 
