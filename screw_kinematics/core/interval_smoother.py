@@ -65,6 +65,7 @@ class IntervalSmoother:
     def __init__(self, bandwidths: Sequence, wide: float, steep: float) -> None:
         self.gains = Gains([(4, f) for f in bandwidths])
         self.m, self.wide, self.steep, self.n = self.gains.m, wide, steep, 0
+        self.longest = self.signals = 0
         self.scale, self.weight, self.work = row(SCALE), zeros(self.m), table(10, self.m)
         self.level, self.step = zeros(self.m), zeros(self.m)
 
@@ -76,11 +77,11 @@ class IntervalSmoother:
         m: cython.Py_ssize_t = self.m
         self.n = n
         self.times = row([times[i] for i in range(n)])
-        self.p, self.gain, self.s = table(n, 10 * m), table(n, 4 * m), table(n, m)
-        self.alone, self.spread, self.logs = table(n, m), table(n, 4 * m), table(n, m)
-        self.x, self.error, self.mean = table(n, 4 * m), table(n, m), table(n, m)
-        self.before = table(n, m)
-        self.span, self.keep = zeros(n), zeros(n)
+        if n > self.longest:
+            self.p, self.gain, self.s = table(n, 10 * m), table(n, 4 * m), table(n, m)
+            self.alone, self.spread, self.logs = table(n, m), table(n, 4 * m), table(n, m)
+            self.span, self.keep, self.room = zeros(n), zeros(n), table(n, m)
+            self.longest, self.signals = n, 0
         period: cython.double = (times[n - 1] - times[0]) / (n - 1)
         dense: cython.double = SPARSE / period
         dense = dense if dense < DENSEST else DENSEST
@@ -108,7 +109,7 @@ class IntervalSmoother:
             square: cython.double = steep * settled * settled
             self.step[k] = square - handicap
             handicap = square
-        self.around(self.logs)
+        self.around(self.logs, self.room)
         self.count()
 
     def remember(self, i: cython.Py_ssize_t) -> None:
@@ -123,12 +124,11 @@ class IntervalSmoother:
                 self.gain[i, a * m + k] = self.gains.gain[a, k]
             self.s[i, k] = self.gains.s[k]
 
-    def around(self, of: cython.double[:, ::1]) -> None:
-        """Replace rows by their sums over time, fading to either side."""
+    def around(self, of: cython.double[:, ::1], before: cython.double[:, ::1]) -> None:
+        """Replace rows by their sums over time, fading to either side; `before` is room."""
         i: cython.Py_ssize_t
         k: cython.Py_ssize_t
         w: cython.double[:, ::1] = self.work
-        before: cython.double[:, ::1] = self.before
         for k in range(self.m):
             w[0, k] = 0.0
         for i in range(self.n):
@@ -235,82 +235,121 @@ class IntervalSmoother:
             left: cython.double = own - square
             self.spread[i, a * m + k] = left if left > 1e-12 * own else 1e-12 * own
 
-    def smooth(self, values: cython.double[::1], floor: cython.double,
+    def smooth(self, values: cython.double[:, ::1], floors: cython.double[::1],
                state: cython.double[:, ::1], variance: cython.double[:, ::1],
                rest: cython.double[:, ::1]) -> None:
         """
-        Smooth a signal; ``values`` are its samples, shape (N,), finite.
+        Smooth J signals; ``values`` are their samples, shape (J, N), finite.
 
-        ``floor`` is the least variance of their noise. ``state`` and ``variance``, shape (4, N),
-        get the smoothed signal and its derivatives, per s ..., and their variances; ``rest``,
-        shape (2, N), gets what each sample differs from all the others say, and the deviation of
-        that.
+        ``floors`` are the least variances of their noise. Rows 4 j to 4 j + 3 of ``state`` and
+        ``variance``, shape (4 J, N), get the smoothed signal j and its derivatives, per s ..., and
+        their variances; rows 2 j and 2 j + 1 of ``rest``, shape (2 J, N), what each sample differs
+        from what all the others say, and the deviation of that.
+
+        Covariances and gains are more than the processor's caches hold: all signals take them
+        where they are read.
         """
         i: cython.Py_ssize_t
+        j: cython.Py_ssize_t
+        signals: cython.Py_ssize_t = values.shape[0]
+        if signals > self.signals:
+            self.x = table(self.longest, 4 * self.m * signals)
+            self.error, self.mean = (table(self.longest, self.m * signals) for _ in range(2))
+            self.carried, self.signals = table(5 * signals, self.m), signals
+        self.begin()
+        for i in range(self.n):
+            for j in range(signals):
+                self.follow(i, j, values[j, i] - values[j, 0])
+        self.begin()
+        for i in range(self.n - 1, -1, -1):
+            for j in range(signals):
+                self.look_back(i, j)
+        self.begin()
+        for i in range(self.n):
+            for j in range(signals):
+                self.mix(i, j, floors[j], state, variance, rest)
+                state[4 * j, i] += values[j, 0]
+
+    def begin(self) -> None:
+        """Begin a pass over the samples, in which nothing is known yet."""
+        i: cython.Py_ssize_t
         k: cython.Py_ssize_t
-        a: cython.Py_ssize_t
+        for i in range(5 * self.signals):
+            for k in range(self.m):
+                self.carried[i, k] = 0.0
+
+    def follow(self, i: cython.Py_ssize_t, j: cython.Py_ssize_t, z: cython.double) -> None:
+        """Predict sample i of signal j, z from its first; see how far off that is."""
+        k: cython.Py_ssize_t
         m: cython.Py_ssize_t = self.m
-        n: cython.Py_ssize_t = self.n
         x: cython.double[:, ::1] = self.x
         g: cython.double[:, ::1] = self.gain
-        w: cython.double[:, ::1] = self.work
-        start: cython.double = values[0]
+        w: cython.double[:, ::1] = self.carried
+        f: cython.Py_ssize_t = 5 * j
+        at: cython.Py_ssize_t = 4 * j * m
+        r: cython.double = (self.times[i] - self.times[i - 1]) / TIME_UNIT if i else 0.0
+        r2: cython.double = r * r
+        r3: cython.double = r2 * r
         for k in range(m):
-            for a in range(4):
-                w[a, k] = 0.0
-        for i in range(n):
-            r: cython.double = (self.times[i] - self.times[i - 1]) / TIME_UNIT if i else 0.0
-            r2: cython.double = r * r
-            r3: cython.double = r2 * r
-            z: cython.double = values[i] - start
-            for k in range(m):
-                x3: cython.double = w[3, k]
-                x2: cython.double = w[2, k] + 3.0 * r * x3
-                x1: cython.double = w[1, k] + 2.0 * r * w[2, k] + 3.0 * r2 * x3
-                x0: cython.double = w[0, k] + r * w[1, k] + r2 * w[2, k] + r3 * x3
-                e: cython.double = z - x0
-                x[i, k], x[i, m + k] = x0, x1
-                x[i, 2 * m + k], x[i, 3 * m + k] = x2, x3
-                self.error[i, k] = e
-                w[0, k] = x0 + g[i, k] * e
-                w[1, k] = x1 + g[i, m + k] * e
-                w[2, k] = x2 + g[i, 2 * m + k] * e
-                w[3, k] = x3 + g[i, 3 * m + k] * e
-        for k in range(m):
-            for a in range(4):
-                w[a, k] = 0.0
-        p: cython.double[:, ::1] = self.p
-        for i in range(n - 1, -1, -1):
-            r = (self.times[i + 1] - self.times[i]) / TIME_UNIT if i + 1 < n else 0.0
-            r2 = r * r
-            r3 = r2 * r
-            for k in range(m):
-                # The adjoint: F' of the one a step later, and what this sample says.
-                l0: cython.double = w[0, k]
-                l1: cython.double = r * w[0, k] + w[1, k]
-                l2: cython.double = r2 * w[0, k] + 2.0 * r * w[1, k] + w[2, k]
-                l3: cython.double = r3 * w[0, k] + 3.0 * r2 * w[1, k] + 3.0 * r * w[2, k] + w[3, k]
-                says: cython.double = self.error[i, k] / self.s[i, k] - (
-                    g[i, k] * l0 + g[i, m + k] * l1 + g[i, 2 * m + k] * l2 + g[i, 3 * m + k] * l3)
-                self.error[i, k] = says / self.alone[i, k]
-                self.mean[i, k] = says * self.error[i, k]
-                l0 += says
-                w[0, k], w[1, k], w[2, k], w[3, k] = l0, l1, l2, l3
-                x[i, k] += (p[i, k] * l0 + p[i, m + k] * l1 + p[i, 2 * m + k] * l2
-                            + p[i, 3 * m + k] * l3)
-                x[i, m + k] += (p[i, m + k] * l0 + p[i, 4 * m + k] * l1 + p[i, 5 * m + k] * l2
-                                + p[i, 6 * m + k] * l3)
-                x[i, 2 * m + k] += (p[i, 2 * m + k] * l0 + p[i, 5 * m + k] * l1
-                                    + p[i, 7 * m + k] * l2 + p[i, 8 * m + k] * l3)
-                x[i, 3 * m + k] += (p[i, 3 * m + k] * l0 + p[i, 6 * m + k] * l1
-                                    + p[i, 8 * m + k] * l2 + p[i, 9 * m + k] * l3)
-        self.around(self.mean)
-        for i in range(n):
-            self.mix(i, floor, state, variance, rest)
-            state[0, i] += start
+            x3: cython.double = w[f + 3, k]
+            x2: cython.double = w[f + 2, k] + 3.0 * r * x3
+            x1: cython.double = w[f + 1, k] + 2.0 * r * w[f + 2, k] + 3.0 * r2 * x3
+            x0: cython.double = w[f, k] + r * w[f + 1, k] + r2 * w[f + 2, k] + r3 * x3
+            e: cython.double = z - x0
+            x[i, at + k], x[i, at + m + k] = x0, x1
+            x[i, at + 2 * m + k], x[i, at + 3 * m + k] = x2, x3
+            self.error[i, j * m + k] = e
+            w[f, k] = x0 + g[i, k] * e
+            w[f + 1, k] = x1 + g[i, m + k] * e
+            w[f + 2, k] = x2 + g[i, 2 * m + k] * e
+            w[f + 3, k] = x3 + g[i, 3 * m + k] * e
 
-    def mix(self, i: cython.Py_ssize_t, floor: cython.double, state: cython.double[:, ::1],
-            variance: cython.double[:, ::1], rest: cython.double[:, ::1]) -> None:
+    def look_back(self, i: cython.Py_ssize_t, j: cython.Py_ssize_t) -> None:
+        """Let the samples from i on tell the state there, and how well others tell this one."""
+        k: cython.Py_ssize_t
+        m: cython.Py_ssize_t = self.m
+        x: cython.double[:, ::1] = self.x
+        p: cython.double[:, ::1] = self.p
+        g: cython.double[:, ::1] = self.gain
+        w: cython.double[:, ::1] = self.carried     # the adjoint, and squares of later errors
+        error: cython.double[:, ::1] = self.error
+        f: cython.Py_ssize_t = 5 * j
+        at: cython.Py_ssize_t = 4 * j * m
+        own: cython.Py_ssize_t = j * m
+        keep: cython.double = self.keep[i]
+        r: cython.double = 0.0
+        if i + 1 < self.n:
+            r = (self.times[i + 1] - self.times[i]) / TIME_UNIT
+        r2: cython.double = r * r
+        r3: cython.double = r2 * r
+        for k in range(m):
+            # F' of the adjoint a step later, and what this sample says.
+            l0: cython.double = w[f, k]
+            l1: cython.double = r * w[f, k] + w[f + 1, k]
+            l2: cython.double = r2 * w[f, k] + 2.0 * r * w[f + 1, k] + w[f + 2, k]
+            l3: cython.double = (r3 * w[f, k] + 3.0 * r2 * w[f + 1, k] + 3.0 * r * w[f + 2, k]
+                                 + w[f + 3, k])
+            says: cython.double = error[i, own + k] / self.s[i, k] - (
+                g[i, k] * l0 + g[i, m + k] * l1 + g[i, 2 * m + k] * l2 + g[i, 3 * m + k] * l3)
+            e: cython.double = says / self.alone[i, k]
+            error[i, own + k] = e
+            square: cython.double = w[f + 4, k] + says * e
+            self.mean[i, own + k] = square
+            w[f + 4, k] = keep * square
+            l0 += says
+            w[f, k], w[f + 1, k], w[f + 2, k], w[f + 3, k] = l0, l1, l2, l3
+            x[i, at + k] += (p[i, k] * l0 + p[i, m + k] * l1 + p[i, 2 * m + k] * l2
+                             + p[i, 3 * m + k] * l3)
+            x[i, at + m + k] += (p[i, m + k] * l0 + p[i, 4 * m + k] * l1 + p[i, 5 * m + k] * l2
+                                 + p[i, 6 * m + k] * l3)
+            x[i, at + 2 * m + k] += (p[i, 2 * m + k] * l0 + p[i, 5 * m + k] * l1
+                                     + p[i, 7 * m + k] * l2 + p[i, 8 * m + k] * l3)
+            x[i, at + 3 * m + k] += (p[i, 3 * m + k] * l0 + p[i, 6 * m + k] * l1
+                                     + p[i, 8 * m + k] * l2 + p[i, 9 * m + k] * l3)
+
+    def mix(self, i: cython.Py_ssize_t, j: cython.Py_ssize_t, floor: cython.double,
+            state: cython.double[:, ::1], variance: cython.double[:, ::1],
+            rest: cython.double[:, ::1]) -> None:
         """
         Weigh the filters by how well they tell each sample around one from all others.
 
@@ -323,12 +362,21 @@ class IntervalSmoother:
         m: cython.Py_ssize_t = self.m
         w: cython.double[::1] = self.weight
         level: cython.double[::1] = self.level
+        noise: cython.double[:, ::1] = self.mean
+        error: cython.double[:, ::1] = self.error
+        before: cython.double[:, ::1] = self.carried
+        own: cython.Py_ssize_t = j * m
+        f: cython.Py_ssize_t = 5 * j
         best: cython.double = 1e300
         total: cython.double = 0.0
         span: cython.double = self.span[i]
+        keep: cython.double = self.keep[i]
         for k in range(m):
-            own: cython.double = self.mean[i, k] / span
-            level[k] = log((own if own > floor else floor) + LEAST)
+            before[f, k] *= keep
+            square: cython.double = (noise[i, own + k] + before[f, k]) / span
+            before[f, k] += error[i, own + k] * error[i, own + k] * self.alone[i, k]
+            noise[i, own + k] = square if square > floor else floor
+            level[k] = log(noise[i, own + k] + LEAST)
         handicap: cython.double = 0.0
         for k in range(m):
             onward: cython.double = level[k] - level[k + 1] if k + 1 < m else COLOURED
@@ -344,20 +392,17 @@ class IntervalSmoother:
         expected: cython.double = 0.0
         for k in range(m):
             w[k] /= total
-            own = self.mean[i, k] / span
-            own = own if own > floor else floor
-            off += w[k] * self.error[i, k]
-            expected += w[k] * (own / self.alone[i, k])
-        rest[0, i], rest[1, i] = off, sqrt(expected + LEAST)
+            off += w[k] * error[i, own + k]
+            expected += w[k] * (noise[i, own + k] / self.alone[i, k])
+        rest[2 * j, i], rest[2 * j + 1, i] = off, sqrt(expected + LEAST)
         for a in range(4):
+            at: cython.Py_ssize_t = (4 * j + a) * m
             mean: cython.double = 0.0
-            square: cython.double = 0.0
+            square = 0.0
             for k in range(m):
-                mean += w[k] * self.x[i, a * m + k]
+                mean += w[k] * self.x[i, at + k]
             for k in range(m):
-                own = self.mean[i, k] / span
-                own = own if own > floor else floor
-                apart: cython.double = self.x[i, a * m + k] - mean
-                square += w[k] * (apart * apart + own * self.spread[i, a * m + k])
-            state[a, i] = mean / self.scale[a]
-            variance[a, i] = square / (self.scale[a] * self.scale[a])
+                apart: cython.double = self.x[i, at + k] - mean
+                square += w[k] * (apart * apart + noise[i, own + k] * self.spread[i, a * m + k])
+            state[4 * j + a, i] = mean / self.scale[a]
+            variance[4 * j + a, i] = square / (self.scale[a] * self.scale[a])

@@ -41,7 +41,7 @@ NOTHING = -9.2
 def table(rows: int, columns: int) -> memoryview:
     """Return a table of zeros, which has a number at least."""
     rows, columns = max(rows, 1), max(columns, 1)
-    return memoryview(array('d', bytes(8 * rows * columns))).cast('B').cast('d', (rows, columns))
+    return memoryview(bytearray(8 * rows * columns)).cast('d', (rows, columns))
 
 
 def row(values: Iterable[float]) -> memoryview:

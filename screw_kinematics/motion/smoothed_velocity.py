@@ -7,7 +7,6 @@ from __future__ import annotations
 import numpy as np
 
 from .joint_motion import Array
-from ..core.interval_smoother import IntervalSmoother
 
 AROUND = 0.2
 """How far to either side both accelerations are compared, s."""
@@ -34,24 +33,27 @@ BEST = 0.01
 without noise, in other units or of commands, would else seem certain whatever contradicts it."""
 
 
-def fused(smoother: IntervalSmoother, times: Array, x: Array, p: Array, position: Array,
-          velocity: Array) -> tuple[Array, Array]:
+def telling(times: Array, x: Array, position: Array, velocity: Array) -> Array | None:
+    """Return a joint's velocity, without gaps, if it tells more than the smoothed position."""
+    measured = np.abs(velocity) < 1e6
+    if measured.mean() < 0.8 or not np.ptp(velocity[measured]):     # zero, or the commanded one
+        return None
+    velocity = np.where(measured, velocity, x[1])
+    back = velocity[1:] * np.diff(times) - np.diff(position)
+    noise = np.mean(np.diff(position, 4)**2) / 70.0 if len(position) > 4 else 0.0
+    return None if np.mean(back**2) < 0.01 * noise else velocity    # merely differenced
+
+
+def fused(times: Array, x: Array, p: Array, position: Array, velocity: Array, y: Array, s: Array,
+          ) -> tuple[Array, Array]:
     """
     Return a joint's state and variance, shapes (4, N), with its velocity taken into account.
 
     Lag and scale are found by regression on the smoothed motion; the velocity, smoothed by the
-    same filters, gives another acceleration; both are averaged by their variances, that of the
-    velocity raised by what disagrees, and by how alike the errors of neighbours are.
+    same filters to y of variance s, gives another acceleration; both are averaged by their
+    variances, that of the velocity raised by what disagrees, and by how alike the errors of
+    neighbours are.
     """
-    measured = np.abs(velocity) < 1e6
-    if measured.mean() < 0.8 or not np.ptp(velocity[measured]):     # zero, or the commanded one
-        return x, p
-    velocity = np.where(measured, velocity, x[1])
-    steps, dt = np.diff(position), np.diff(times)
-    back = velocity[1:] * dt - steps
-    noise = np.mean(np.diff(position, 4)**2) / 70.0 if len(position) > 4 else 0.0
-    if np.mean(back**2) < 0.01 * noise:         # merely differenced
-        return x, p
     off = velocity - x[1]
     regressors = np.stack([-x[2], x[1]])
     gram = regressors @ regressors.T + np.diag([1e-9, 1e-7]) * len(times)
@@ -61,8 +63,6 @@ def fused(smoother: IntervalSmoother, times: Array, x: Array, p: Array, position
     lag = min(max(lag, 0.0), LONGEST_LAG)
     scale = min(max(scale, -LARGEST_SCALE), LARGEST_SCALE)
     left = off + lag * x[2] - scale * x[1]
-    y, s, rest = np.empty((4, len(times))), np.empty((4, len(times))), np.empty((2, len(times)))
-    smoother.smooth(velocity, 0.0, y, s, rest)
     at = np.clip(np.searchsorted(times, times + lag), 0, len(times) - 1)
     h = times + lag - times[at]
     rate = (y[0, at] + h * (y[1, at] + h / 2 * (y[2, at] + h / 3 * y[3, at]))) / (1 + scale)

@@ -16,7 +16,7 @@ from .device_clock import DeviceClock
 from .divided_differences import roughness
 from .estimator import MotionEstimator
 from .joint_motion import Array
-from .smoothed_velocity import fused
+from .smoothed_velocity import fused, telling
 from .units import unit_doubts
 from ..core.interval_smoother import IntervalSmoother
 from ..errors import InvalidValueError, Reason, ShapeError
@@ -30,8 +30,9 @@ WIDE, STEEP = 0.38, 0.34
 OVERLAP = 2.0
 """How far a piece of a long run reaches into its neighbours, s; few filters remember more."""
 
-PIECE = 4000
-"""Readings of a piece without its overlaps, and most of an overlap; bounds the memory."""
+PIECE, TOGETHER = 8000, 8
+"""Readings of a piece without its overlaps, and most of an overlap, and joints that are smoothed
+together; both bound the memory."""
 
 FEWEST = 8
 """Readings that a run must have."""
@@ -256,18 +257,20 @@ def _smooth_run(run: _Run, stamps: Array, velocities: Array | None, state: Array
     for begin, core, end, after in _pieces(times):
         smoother.plan(np.ascontiguousarray(times[begin:after]))
         rows = np.flatnonzero((nearest >= core) & (nearest < end))
-        for j in range(positions.shape[1]):
-            x, p = _smoothed(smoother, positions[begin:after, j])
+        at = nearest[rows] - begin
+        h, rate = onward[rows].reshape(-1, 1), rates[rows].reshape(-1, 1)
+        for first in range(0, positions.shape[1], TOGETHER):
+            joints = slice(first, first + TOGETHER)
+            x, p = _smoothed(smoother, positions[begin:after, joints].T)
             if measured is not None:
-                x, p = fused(smoother, times[begin:after], x, p, positions[begin:after, j],
-                             measured[begin:after, j])
-            h = onward[rows]
-            at = x[:, nearest[rows] - begin]
-            state[rows, 0, j] = at[0] + h * (at[1] + h / 2 * (at[2] + h / 3 * at[3]))
-            state[rows, 1, j] = (at[1] + h * (at[2] + h / 2 * at[3])) / rates[rows]
-            state[rows, 2, j] = (at[2] + h * at[3]) / rates[rows]**2
-            state[rows, 3, j] = at[3] / rates[rows]**3
-            variance[rows, :, j] = p[:, nearest[rows] - begin].T
+                _fuse(smoother, times[begin:after], x, p, positions[begin:after, joints].T,
+                      measured[begin:after, joints].T)
+            q, v, a, jerk = (x[:, i, at].T for i in range(4))
+            state[rows, 0, joints] = q + h * (v + h / 2 * (a + h / 3 * jerk))
+            state[rows, 1, joints] = (v + h * (a + h / 2 * jerk)) / rate
+            state[rows, 2, joints] = (a + h * jerk) / rate**2
+            state[rows, 3, joints] = jerk / rate**3
+            variance[rows, :, joints] = p[:, :, at].T
 
 
 def _smoother_by(stamps: Array, times: Array, positions: Array) -> bool:
@@ -279,13 +282,43 @@ def _smoother_by(stamps: Array, times: Array, positions: Array) -> bool:
     return bool(np.log(by_stamps[known] / by_clock[known]).sum() < 0.0)
 
 
+def _fuse(smoother: IntervalSmoother, times: Array, x: Array, p: Array, positions: Array,
+          velocities: Array) -> None:
+    """Let the velocities of joints, as far as they tell anything, into states and variances."""
+    told = [(j, velocity) for j, velocity in enumerate(map(
+        telling, np.broadcast_to(times, positions.shape), x, positions, velocities))
+        if velocity is not None]
+    if not told:
+        return
+    values = np.stack([velocity for _, velocity in told])
+    y, s, _ = _through(smoother, values, np.zeros(len(told)))
+    for k, (j, velocity) in enumerate(told):
+        x[j], p[j] = fused(times, x[j], p[j], positions[j], velocity, y[k], s[k])
+
+
+def _through(smoother: IntervalSmoother, values: Array, floors: Array,
+             ) -> tuple[Array, Array, Array]:
+    """Return states, variances, and what each of J signals' samples differs from the others."""
+    count, n = values.shape
+    x, p, rest = np.empty((count, 4, n)), np.empty((count, 4, n)), np.empty((count, 2, n))
+    smoother.smooth(np.ascontiguousarray(values), floors, x.reshape(-1, n), p.reshape(-1, n),
+                    rest.reshape(-1, n))
+    return x, p, rest
+
+
 def _smoothed(smoother: IntervalSmoother, values: Array) -> tuple[Array, Array]:
-    """Return state and variance, shapes (4, N), of a joint; odd readings are left out."""
-    values = values.copy()
+    """Return states and variances, shapes (J, 4, N), of joints; odd readings are left out."""
+    floors = np.array([_rounding(signal) for signal in values])
+    x, p, rest = _through(smoother, values, floors)
+    for j, signal in enumerate(values):
+        x[j], p[j] = _without_odd(smoother, signal.copy(), floors[j:j + 1], x[j], p[j], rest[j])
+    return x, p
+
+
+def _without_odd(smoother: IntervalSmoother, values: Array, floor: Array, x: Array, p: Array,
+                 rest: Array) -> tuple[Array, Array]:
+    """Return state and variance of a joint, given what they are with its odd readings."""
     n = len(values)
-    x, p, rest = np.empty((4, n)), np.empty((4, n)), np.empty((2, n))
-    floor = _rounding(values)
-    smoother.smooth(values, floor, x, p, rest)
     for _ in range(3):
         size = np.abs(rest[0]) / rest[1]
         odd = np.flatnonzero((size > ODD) & (size >= np.maximum(
@@ -294,13 +327,13 @@ def _smoothed(smoother: IntervalSmoother, values: Array) -> tuple[Array, Array]:
             break
         before, kept = rest[0, odd].copy(), values[odd].copy()
         values[odd] -= before
-        smoother.smooth(values, floor, x, p, rest)
+        (x,), (p,), (rest,) = _through(smoother, values[None], floor)
         # A reading was odd if its neighbours are at peace without it; else the joint turned.
         near = np.stack([np.abs(rest[0, np.clip(odd + k, 0, n - 1)]) for k in (-2, -1, 1, 2)])
         real = near.max(axis=0) > 0.2 * np.abs(before)
         values[odd[real]] = kept[real]
         if real.any():
-            smoother.smooth(values, floor, x, p, rest)
+            (x,), (p,), _ = _through(smoother, values[None], floor)
             break
     return x, p
 
