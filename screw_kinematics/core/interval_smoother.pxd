@@ -17,8 +17,7 @@ cdef class IntervalSmoother:
     cdef double[:, ::1] alone       # information of the others about a sample, (N, M)
     cdef double[:, ::1] spread      # smoothed variances, (N, 4 M)
     cdef double[:, ::1] logs        # what of a score the times tell, summed around each, (N, M)
-    cdef double[:, ::1] room        # for sums, (N, M)
-    cdef double[::1] span           # samples in the window around each
+    cdef double[:, ::1] span        # samples in the window around each, (N, 1)
     cdef double[::1] keep           # share of the window that is left from one to the next
     # Of J signals:
     cdef double[:, ::1] x           # states, (N, 4 J M)
@@ -31,8 +30,7 @@ cdef class IntervalSmoother:
     cdef double[:, ::1] work
 
     cdef void remember(self, Py_ssize_t i) noexcept
-    cdef void around(self, double[:, ::1] of, double[:, ::1] before) noexcept
-    cdef void count(self) noexcept
+    cdef void around(self, double[:, ::1] of) noexcept
     cdef void backward(self) noexcept
     cdef void spread_of(self, Py_ssize_t i, Py_ssize_t k, double[:, ::1] p,
                         double[:, ::1] f) noexcept

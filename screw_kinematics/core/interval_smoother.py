@@ -80,7 +80,7 @@ class IntervalSmoother:
         if n > self.longest:
             self.p, self.gain, self.s = table(n, 10 * m), table(n, 4 * m), table(n, m)
             self.alone, self.spread, self.logs = table(n, m), table(n, 4 * m), table(n, m)
-            self.span, self.keep, self.room = zeros(n), zeros(n), table(n, m)
+            self.span, self.keep = table(n, 1), zeros(n)
             self.longest, self.signals = n, 0
         period: cython.double = (times[n - 1] - times[0]) / (n - 1)
         dense: cython.double = SPARSE / period
@@ -97,6 +97,7 @@ class IntervalSmoother:
                 self.gains.predict(times[i] - times[i - 1], period)
             self.gains.update()
             self.remember(i)
+            self.span[i, 0] = 1.0
         self.backward()
         handicap: cython.double = 0.0
         for k in range(m):
@@ -109,8 +110,8 @@ class IntervalSmoother:
             square: cython.double = steep * settled * settled
             self.step[k] = square - handicap
             handicap = square
-        self.around(self.logs, self.room)
-        self.count()
+        self.around(self.logs)
+        self.around(self.span)
 
     def remember(self, i: cython.Py_ssize_t) -> None:
         """Remember gains, and the covariances that they are of."""
@@ -124,38 +125,27 @@ class IntervalSmoother:
                 self.gain[i, a * m + k] = self.gains.gain[a, k]
             self.s[i, k] = self.gains.s[k]
 
-    def around(self, of: cython.double[:, ::1], before: cython.double[:, ::1]) -> None:
-        """Replace rows by their sums over time, fading to either side; `before` is room."""
+    def around(self, of: cython.double[:, ::1]) -> None:
+        """Replace rows by their sums over time, fading to either side."""
         i: cython.Py_ssize_t
         k: cython.Py_ssize_t
+        m: cython.Py_ssize_t = of.shape[1]
         w: cython.double[:, ::1] = self.work
-        for k in range(self.m):
+        before: cython.double[:, ::1] = table(self.n, m)
+        for k in range(m):
             w[0, k] = 0.0
         for i in range(self.n):
-            for k in range(self.m):
+            for k in range(m):
                 w[0, k] *= self.keep[i]
                 before[i, k] = w[0, k]
                 w[0, k] += of[i, k]
-        for k in range(self.m):
+        for k in range(m):
             w[0, k] = 0.0
         for i in range(self.n - 1, -1, -1):
-            for k in range(self.m):
+            for k in range(m):
                 own: cython.double = of[i, k]
                 of[i, k] += before[i, k] + w[0, k]
                 w[0, k] = self.keep[i] * (w[0, k] + own)
-
-    def count(self) -> None:
-        """Count the samples in the window around each."""
-        i: cython.Py_ssize_t
-        before: cython.double = 0.0
-        after: cython.double = 0.0
-        for i in range(self.n):
-            before *= self.keep[i]
-            self.span[i] = 1.0 + before
-            before += 1.0
-        for i in range(self.n - 1, -1, -1):
-            self.span[i] += after
-            after = self.keep[i] * (after + 1.0)
 
     def backward(self) -> None:
         """Find smoothed variances, and what the other samples know about each."""
@@ -369,7 +359,7 @@ class IntervalSmoother:
         f: cython.Py_ssize_t = 5 * j
         best: cython.double = 1e300
         total: cython.double = 0.0
-        span: cython.double = self.span[i]
+        span: cython.double = self.span[i, 0]
         keep: cython.double = self.keep[i]
         for k in range(m):
             before[f, k] *= keep
