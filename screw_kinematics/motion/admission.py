@@ -158,6 +158,13 @@ class Admission:
             return self._restart('jump', stamp, position)
         return self.refuse(Reason.IMPLAUSIBLE_JUMP)
 
+    def farthest(self, position: Row) -> tuple[int, float]:
+        """Return the joint that is farthest from its latest position taken, and how far."""
+        if self.wraps is not None:
+            position = self._unwrapped(position)
+        apart = [abs(q - last) for q, last in zip(position, self.position)]
+        return apart.index(max(apart)), max(apart)
+
     def _restart(self, reason: str, stamp: float, position: Row) -> float:
         self.restarts[reason] += 1
         return self._start(stamp, position)

@@ -10,7 +10,7 @@ from .joint_evidence cimport JointEvidence
 from .tick_counter cimport TickCounter
 from ..core.bank cimport Bank
 
-cdef double STRETCH, JITTER, TOLD, REGULAR, NOTHING
+cdef double STRETCH, JITTER, TOLD, REGULAR, NOTHING, VOTE
 cdef long MANY
 
 

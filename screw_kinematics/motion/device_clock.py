@@ -32,6 +32,10 @@ NO_TICKS = 0.25
 """Deviation of stamps from their ticks, in periods, from which on there are none: it is as large
 where stamps are anywhere between."""
 
+VOTE = 0.3
+"""What a message weighs in the share of those whose joints contradict the count and went as far as
+the stamps say; where that is above a half the stamps are believed."""
+
 REGULAR = 0.05
 """Deviation of stamps from their ticks, in periods, up to which they are right about a pause."""
 
@@ -270,7 +274,7 @@ class DeviceClock:
             self._ratio = unit / period                 # stamps alone need none
         if not agree and foreseen.contradicts(d):
             right = abs(foreseen.ticks * unit - span) < abs(foreseen.ticks - d) * unit
-            self._true += 0.3 * (right - self._true)
+            self._true += VOTE * (right - self._true)
         if agree:
             onward = span if self.share == 1.0 else d * unit + self.share * step * self._ratio
         elif by_stamps and self.share > 0.5 or self._true > 0.5 or (

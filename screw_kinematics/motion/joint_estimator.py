@@ -121,6 +121,23 @@ class JointEstimator:
         self._admission.reset()
         self.reason = Reason.SETTLING
 
+    def farthest(self, position: Row) -> tuple[int, float]:
+        """
+        Return the joint that is farthest from where it was last.
+
+        Parameters
+        ----------
+        position : tuple of float, length n_joints
+            Positions, rad or m, of a sample that was refused for instance.
+
+        Returns
+        -------
+        int, float
+            The joint's number, and how far it is from its latest position that was taken.
+
+        """
+        return self._admission.farthest(position)
+
     @property
     def refusals(self) -> Mapping[Reason, int]:
         """How many samples were refused, by reason."""

@@ -14,7 +14,7 @@ from rclpy.node import Node
 from rclpy.time import Time
 
 from .robot import Robot
-from .robot_status import ADVICE, base_of, ERROR, faults_of, OK, RobotCounts, RobotStatus, WARN
+from .robot_status import base_of, ERROR, faults_of, OK, RobotCounts, RobotStatus, told, WARN
 from .topic_inputs import BaseInput, JointInput, TopicInput
 from .. import core
 from ..errors import Reason, ScrewKinematicsError
@@ -44,7 +44,7 @@ class Diagnostics:
         self._node, self.times_deaf = node, times_deaf
         self._reported: dict[str, RobotCounts] = {}
         self._unreadable: dict[str, int] = {}
-        self._logged: Counter[str] = Counter()
+        self._logged: Counter[tuple[str, Reason]] = Counter()
         self._last_log = -LOG_PERIOD
         self._looked = -LOOK_PERIOD
         self._incomplete: dict[str, float] = {}
@@ -90,20 +90,23 @@ class Diagnostics:
             self._log_faults(robot, inputs, now)
         if now - self._last_log < LOG_PERIOD:
             return
-        counts: Counter[str] = Counter()
+        counts: Counter[tuple[str, Reason]] = Counter()
+        words: dict[tuple[str, Reason], str] = {}
         for topic, each in inputs.items():
-            counts.update({f'{topic}: {reason}': n for reason, n in each.refused.items()})
+            counts.update({(topic, reason): n for reason, n in each.refused.items()})
         for robot in robots:
-            counts.update({f'{robot.name}: {_told(reason)}': n
-                           for reason, n in faults_of(robot).items()})
             base = base_of(robot)
-            if base is not None:
-                counts.update({f'base of {robot.name}: {reason}': n
-                               for reason, n in base.account.refused.items()})
+            accounts = [(robot.name, robot.account, faults_of(robot))] + (
+                [] if base is None else [
+                    (f'base of {robot.name}', base.account, base.account.refused)])
+            for name, account, refused in accounts:
+                counts.update({(name, reason): n for reason, n in refused.items()})
+                words |= {(name, reason): told(reason, account) for reason in refused}
         news = counts - self._logged
         if news:
             self._node.get_logger().warning('refused messages: ' + ', '.join(
-                f'{what} ({times(n)})' for what, n in sorted(news.items())))
+                f'{whose[0]}: {words.get(whose, whose[1])}, {times(n)}'
+                for whose, n in sorted(news.items())))
             self._last_log = now
         self._logged = counts
 
@@ -196,7 +199,3 @@ def _publishers(robot: Robot, inputs: Inputs) -> int:
     """Return how many publishers a topic of the robot's joint states has at most."""
     return max([each.publishers for each in inputs.values()
                 if isinstance(each, JointInput) and robot in each.robots], default=0)
-
-
-def _told(reason: Reason) -> str:
-    return f'{reason}, {ADVICE[reason]},' if reason in ADVICE else str(reason)

@@ -12,6 +12,7 @@ from diagnostic_msgs.msg import DiagnosticStatus
 from .robot import Robot
 from ..errors import Reason
 from ..motion import MotionEstimator
+from ..pipeline.account import Account
 from ..pipeline.joint_groups import listed
 from ..pipeline.moving_base import MovingBase
 from ..pipeline.stream_watch import NO_VELOCITIES
@@ -217,12 +218,17 @@ def faults_of(robot: Robot) -> Counter[Reason]:
                     if reason not in HARMLESS})
 
 
+def told(reason: Reason, account: Account) -> str:
+    """Return a reason, and what is known beyond it of its latest message."""
+    detail = account.details.get(reason) or ADVICE.get(reason, '')
+    return f'{reason} ({detail})' if detail else str(reason)
+
+
 def _most_frequent(robot: Robot, faults: Counter[Reason], publishers: int) -> str:
     reason = faults.most_common(1)[0][0]
-    detail = robot.account.details.get(reason) or ADVICE.get(reason, '')
     if reason is Reason.STAMP_NOT_INCREASING and publishers > 1:
-        detail = f'the topic has {publishers} publishers'
-    return f'{reason} ({detail})' if detail else str(reason)
+        return f'{reason} (the topic has {publishers} publishers)'
+    return told(reason, robot.account)
 
 
 def _estimation(robot: Robot) -> dict[str, Any]:

@@ -99,7 +99,7 @@ class RobotPipeline:
         motion = self._motions.get(group.columns) or self._begin(group, kinematics)
         moving = motion.update(reading)
         if not isinstance(moving, Motion):
-            return account.close(moving)
+            return account.close(moving, self._describe(reading, moving))
         whole = moving if group.complete else self._synchronizer.add(group, moving)
         if not isinstance(whole, Motion):
             return account.close(whole)
@@ -171,6 +171,15 @@ class RobotPipeline:
     def estimators(self) -> list[JointEstimator]:
         """Return the estimators at work."""
         return [m.estimator for m in self._motions.values() if m.estimator is not None]
+
+    def _describe(self, reading: Reading, outcome: Reason) -> str:
+        """Return which joint a reading was refused for, if that tells more."""
+        columns = reading.group.columns
+        estimator = self._motions[columns].estimator
+        if outcome is not Reason.IMPLAUSIBLE_JUMP or estimator is None:
+            return ''
+        joint, by = estimator.farthest(tuple(reading.position))
+        return f'{self.joint_names[columns[joint]]} by {by:.3g}'
 
     def _begin_watch(self, group: JointGroup) -> StreamWatch:
         """Return what watches a group of joints from its first reading on."""

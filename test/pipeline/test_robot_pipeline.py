@@ -242,6 +242,8 @@ def test_a_step_that_the_description_does_not_allow_is_refused():
             take(pipeline, START + k * 10 * MS, ('q1',), [0.1 * math.sin(k / 100)])
         take(pipeline, START + 500 * MS, ('q1',), [0.15])
         assert pipeline.account.refused[Reason.IMPLAUSIBLE_JUMP] == refused
+        assert not refused or pipeline.account.details == {
+            Reason.IMPLAUSIBLE_JUMP: f'q1 by {0.15 - 0.1 * math.sin(0.49):.3g}'}
     assert plausible_velocities(MotionSettings(options={'max_velocity': 0.3}), chain) == (0.3,)
 
 
