@@ -152,6 +152,7 @@ class ParallelFormulas:
         return here if cost(here) <= cost(there) else there
 
     def _limb(self, limb: SerialChain, postures: Sequence[ClosedPosture]) -> LimbFormulas:
+        forms = wrench_forms(self.robot, limb, postures)    # or none is known: told at once
         axes, points = ([sympy_array(x) for x in part] for part in self._placed(limb))
         screws = [sympy_array(prismatic_screw(axis) if joint.kind == 'prismatic'
                               else unit_screw(axis, point, self._length(joint.pitch)))
@@ -159,7 +160,7 @@ class ParallelFormulas:
         rates = [list(exact_chain(limb, self._tolerance).joint_values(self._symbols(limb, n), n))
                  for n in range(1, ORDER)]
         wrenches = [self._wrench(limb, form, axes, points, screws, postures)
-                    for form in wrench_forms(self.robot, limb, postures)]
+                    for form in forms]
         return LimbFormulas(limb.name, [joint.name for joint in limb.joints], screws, rates,
                             wrenches)
 

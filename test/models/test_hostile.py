@@ -25,6 +25,12 @@ hostile = st.one_of(
         '1e308', '-1e308', '5e-324', '1e999', '0x10', '1_0', '', 'pi', '${pi}', '٣', 'l0', 'j0']))
 numbers = st.floats(-9, 9).map(str)
 kinds = st.sampled_from(['revolute', 'continuous', 'prismatic'])
+vectors = st.lists(numbers, min_size=3, max_size=3)
+triples = vectors.map(' '.join)
+turned = st.one_of(
+    triples.map(lambda angles: f'rpy="{angles}"'),
+    st.sampled_from(['quat_xyzw="0 0 0 1"', 'quat_xyzw="0.6 0 0.8 0"', '', 'quat_xyzw="0"']))
+left = st.sampled_from(['', '', '', '<xacro:if value="1"/>', '<dynamics/>', '<odd/>'])
 
 
 def check(load):
@@ -43,11 +49,6 @@ def check(load):
 @st.composite
 def urdf_texts(draw):
     """Return a tree of links with, now and then, a wrong value in some attribute."""
-    vector = st.lists(numbers, min_size=3, max_size=3).map(' '.join)
-    turned = st.one_of(
-        vector.map(lambda angles: f'rpy="{angles}"'),
-        st.sampled_from(['quat_xyzw="0 0 0 1"', 'quat_xyzw="0.6 0 0.8 0"', '', 'quat_xyzw="0"']))
-    left = st.sampled_from(['', '', '', '<xacro:if value="1"/>', '<dynamics/>', '<odd/>'])
     count = draw(st.integers(1, 6))
     lines = ['<link name="l0"/>']
     for i in range(count):
@@ -55,7 +56,7 @@ def urdf_texts(draw):
         lines.append(
             f'<link name="l{i + 1}"/><joint name="j{i}" type="{draw(kinds)}">'
             f'<parent link="l{draw(st.integers(0, i))}"/><child link="l{i + 1}"/>'
-            f'<origin xyz="{draw(vector)}" {draw(turned)}/><axis xyz="{draw(vector)}"/>'
+            f'<origin xyz="{draw(triples)}" {draw(turned)}/><axis xyz="{draw(triples)}"/>'
             f'{draw(left)}'
             f'{mimic if draw(st.integers(0, 4)) == 0 else ""}</joint>')
     version = draw(st.sampled_from(['1.0', '1.1', '1.1', '2', 'x']))
@@ -103,7 +104,6 @@ def test_urdf_bytes(data):
 
 anything = st.recursive(hostile, lambda inner: st.one_of(
     st.lists(inner, max_size=4), st.dictionaries(hostile, inner, max_size=4)), max_leaves=6)
-vectors = st.lists(numbers, min_size=3, max_size=3)
 poses = st.fixed_dictionaries({}, optional={'xyz': vectors, 'rpy': vectors})
 mimics = st.fixed_dictionaries({'joint': st.sampled_from(['j0', 'j1', 'x'])},
                                optional={'multiplier': numbers, 'offset': numbers})

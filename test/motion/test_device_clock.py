@@ -314,7 +314,7 @@ def test_no_loss_overshoots(runs, pauses, rate, jitter, velocity):
     """Whatever stretches are missing, estimates stay within a few times the signal."""
     seed = 1 + velocity
     motion, rng = sines(seed, 6), np.random.default_rng(seed)
-    ticks, positions = stamping.device(motion, rate, 6.0, seed)
+    ticks, positions = stamping.device(motion, rate, min(6.0, 3000 / rate), seed)
     whole = stamping.on_arrival(ticks, positions, rng, jitter / rate)
     if jitter == 0.0:
         whole = whole._replace(stamps=ticks)
@@ -322,7 +322,7 @@ def test_no_loss_overshoots(runs, pauses, rate, jitter, velocity):
     velocities = motion(messages.read)[1] + rng.normal(0.0, 1e-4, (len(messages.read), 6))
     largest = np.abs(motion(ticks)[2]).max()
     estimator = MotionEstimator(6)
-    for stamp, position, speed in zip(messages.stamps, messages.positions, velocities):
-        found = estimator.update(stamp, position, speed if velocity else None)
-        if found is not None:
-            assert np.abs(found.acceleration).max() < 5 * largest
+    outcomes = [estimator.update(stamp, position, speed if velocity else None)
+                for stamp, position, speed in zip(messages.stamps, messages.positions, velocities)]
+    found = np.array([outcome.acceleration for outcome in outcomes if outcome is not None])
+    assert len(found) > 0 and np.abs(found).max() < 5 * largest

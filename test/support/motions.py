@@ -14,8 +14,9 @@ def sines(seed, n_joints, highest=4.0):
 
     def motion(t):
         angle = np.asarray(t)[..., None, None] * omega + phase
+        waves = np.sin(angle), np.cos(angle)
         return np.stack([
-            (amplitude * omega**k * np.sin(angle + k * np.pi / 2)).sum(axis=-2)
+            ((-1)**(k // 2) * amplitude * omega**k * waves[k % 2]).sum(axis=-2)
             for k in range(4)])
 
     return motion
