@@ -102,7 +102,8 @@ def find_offset(joint_stamps: Array, stamps: Array, groups: Sequence[Channels]) 
                             f'{group.values[0].tolist()}: is the sensor connected?')
     thin = max(len(at) // _ROWS, 1)
     offsets = np.arange(-SEARCH, SEARCH + _GRID / 2, _GRID)
-    misfits = [_misfit(joint_stamps, at, groups, offset, thin) for offset in offsets.tolist()]
+    misfits = _misfits(joint_stamps, at[::thin], [
+        Channels(group.values[::thin], group.features) for group in groups], offsets.tolist())
     offset, drift = float(offsets[int(np.argmin(misfits))]), 0.0
     middle = (at - at[len(at) // 2]) * 1e-9
     for _ in range(_ITERATIONS):
@@ -163,34 +164,44 @@ def _features(joint_stamps: Array, features: Array, at: Array) -> Array:
     return np.concatenate([found, np.ones((len(at), 1))], axis=1)
 
 
-def _covered(joint_stamps: Array, at: Array) -> Array:
-    """Return at which instants the joints' motion is known: not where samples of it are lost."""
+def _whole(joint_stamps: Array) -> Array:
+    """Return for each step between samples of the joints whether none are lost in it."""
     steps = np.diff(joint_stamps)
-    longest = max(_LOST * float(np.median(steps)), _SHORT)
-    after = np.clip(np.searchsorted(joint_stamps, at, side='right'), 1, len(steps))
-    return np.asarray(steps[after - 1] <= longest)
+    return np.asarray(steps <= max(_LOST * float(np.median(steps)), _SHORT))
 
 
-def _misfit(joint_stamps: Array, at: Array, groups: Sequence[Channels], offset: float,
-            thin: int) -> float:
-    """Return the logarithm of what is left, by which groups of any units can be added."""
-    at = at[::thin] + round(offset * 1e9)
-    known = _covered(joint_stamps, at)
-    if known.sum() < _FEWEST:
-        return float('inf')
-    left = 0.0
-    for group in groups:
-        x, y = _features(joint_stamps, group.features, at[known]), group.values[::thin][known]
-        rest = y - x @ np.linalg.lstsq(x, y, rcond=1e-10)[0]
-        left += float(np.log((rest**2).mean(axis=0) + 1e-30).sum())
-    return left
+def _covered(joint_stamps: Array, whole: Array, at: Array) -> Array:
+    """Return at which instants the joints' motion is known: not where samples of it are lost."""
+    after = np.searchsorted(joint_stamps, at, side='right').clip(1, len(whole))
+    return np.asarray(whole[after - 1])
+
+
+def _misfits(joint_stamps: Array, at: Array, groups: Sequence[Channels],
+             offsets: Sequence[float]) -> list[float]:
+    """Return the logarithms of what is left, by which groups of any units can be added."""
+    whole, misfits = _whole(joint_stamps), []
+    features = np.concatenate([group.features for group in groups], axis=1)
+    ends = np.cumsum([group.features.shape[1] for group in groups]).tolist()
+    for offset in offsets:
+        shifted = at + round(offset * 1e9)
+        known = _covered(joint_stamps, whole, shifted)
+        if known.sum() < _FEWEST:
+            misfits.append(float('inf'))
+            continue
+        found, left = _features(joint_stamps, features, shifted[known]), 0.0
+        for group, begin, end in zip(groups, [0, *ends], ends):
+            x, y = found[:, [*range(begin, end), -1]], group.values[known]
+            rest = y - x @ np.linalg.lstsq(x, y, rcond=1e-10)[0]
+            left += float(np.log((rest**2).mean(axis=0) + 1e-30).sum())
+        misfits.append(left)
+    return misfits
 
 
 def _improve(joint_stamps: Array, at: Array, groups: Sequence[Channels], offset: float,
              drift: float, middle: Array) -> tuple[Array, Array, list[tuple[Array, Array]]]:
     """Return a Gauss-Newton step of offset and drift, their covariance, and the fits."""
     shifted = at + np.rint((offset + drift * middle) * 1e9).astype(np.int64)
-    known = _covered(joint_stamps, shifted)
+    known = _covered(joint_stamps, _whole(joint_stamps), shifted)
     shifted, middle = shifted[known], middle[known]
     block = ((at[known] - at[0]) // round(BLOCK * 1e9)).astype(int)
     normal, scores = np.zeros((2, 2)), np.zeros((2, int(block[-1]) + 1))

@@ -26,12 +26,12 @@ def interpolate(instants: Array, values: Array, at: Array) -> Array:
     """
     before = np.searchsorted(instants, at, side='right') - 1
     first = np.clip(before - 1, 0, len(instants) - NODES)
-    nodes = (instants[first[:, None] + np.arange(NODES)] - at[:, None]).astype(float)
+    nodes = [(instants[first + i] - at).astype(float) for i in range(NODES)]
     out = np.zeros((len(at), values.shape[1]))
-    for i in range(NODES):
+    for i, node in enumerate(nodes):
         weight = np.ones(len(at))
-        for j in range(NODES):
+        for j, other in enumerate(nodes):
             if j != i:
-                weight *= nodes[:, j] / (nodes[:, j] - nodes[:, i])
+                weight *= other / (other - node)
         out += weight[:, None] * values[first + i]
     return out

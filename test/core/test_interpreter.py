@@ -42,23 +42,23 @@ def some_program(seed, length=300):
     return StraightLineProgram(6, tuple(operations), (*outputs, 2.5, -0.0, 0, 3))
 
 
-def plainly(line, values):
-    """Return what a program gives, one operation after the other."""
-    found = [np.float64(x) for x in values]
-    given = [*found]
+PLAIN = {'add': np.add, 'sub': np.subtract, 'mul': np.multiply, 'div': np.divide,
+         'neg': lambda a, _: -a, 'sqrt': lambda a, _: np.sqrt(a),
+         'sin': lambda a, _: np.array([TEXT.sine(x) for x in a.tolist()]),
+         'cos': lambda a, _: np.array([TEXT.cosine(x) for x in a.tolist()])}
+
+
+def plainly(line, samples):
+    """Return what a program gives for each sample, one operation after the other."""
+    given = [*np.array(samples).T]
 
     def value(x):
-        return given[x] if isinstance(x, int) else np.float64(x)
+        return given[x] if isinstance(x, int) else np.full(len(samples), x, float)
 
     with np.errstate(all='ignore'):
         for kind, left, right in line.operations:
-            a, b = value(left), None if right is None else value(right)
-            given.append({
-                'add': lambda: a + b, 'sub': lambda: a - b, 'mul': lambda: a * b,
-                'div': lambda: a / b, 'neg': lambda: -a, 'sqrt': lambda: np.sqrt(a),
-                'sin': lambda: np.float64(TEXT.sine(float(a))),
-                'cos': lambda: np.float64(TEXT.cosine(float(a)))}[kind]())
-    return [float(value(x)) for x in line.outputs]
+            given.append(PLAIN[kind](value(left), None if right is None else value(right)))
+    return np.array([value(x) for x in line.outputs]).T.tolist()
 
 
 def bits(values):
@@ -80,7 +80,7 @@ def case(request):
 def test_all_ways_of_running_have_the_same_bits(case):
     """Operation by operation; interpreter compiled and as text; Python text; one or many."""
     line, samples = case
-    expected = [bits(plainly(line, sample)) for sample in samples]
+    expected = [bits(row) for row in plainly(line, samples)]
     batch, out = np.array(samples), np.empty((len(samples), len(line.outputs)))
     parts = batch[:, :2], batch[:, 2:4], batch[:, 4:]
     slices = {'all': slice(0, len(line.outputs))}
@@ -94,7 +94,7 @@ def test_all_ways_of_running_have_the_same_bits(case):
 
 def test_the_text_of_the_interpreter_has_the_same_bits(case, monkeypatch):
     line, samples = case
-    expected = [bits(plainly(line, sample)) for sample in samples[:30]]
+    expected = [bits(row) for row in plainly(line, samples[:30])]
     monkeypatch.setattr(layout, 'Interpreter', TEXT.Interpreter)
     text = layout.interpreter(line, 6, {'all': slice(0, len(line.outputs))})
     assert [bits(text.evaluate(sample)) for sample in samples[:30]] == expected

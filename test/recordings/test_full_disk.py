@@ -1,6 +1,8 @@
 # Copyright screw_kinematics contributors
 # SPDX-License-Identifier: Apache-2.0
 """A disk that is full while states are written: one line that says so, and nothing half done."""
+from importlib.util import find_spec
+import json
 import os
 from pathlib import Path
 import re
@@ -13,62 +15,82 @@ from support import recordings as rec
 
 ROOT = Path(__file__).parents[2]
 LIMITED = """
-import resource, signal, sys
+import json, resource, signal, sys
 from pathlib import Path
 sys.dont_write_bytecode = True      # it would be cut off, too
 from screw_kinematics.tools.bag.main import main
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)       # an error, as of a full disk, not the end
-for limit in map(int, sys.argv[1].split(',')):
-    most = resource.getrlimit(resource.RLIMIT_FSIZE)[1]
-    resource.setrlimit(resource.RLIMIT_FSIZE, (limit, most))
-    print('ends with', main(sys.argv[3:]), [*Path(sys.argv[2]).iterdir()], flush=True)
+most = resource.getrlimit(resource.RLIMIT_FSIZE)[1]
+for name, folder, arguments, limits in json.loads(sys.argv[1]):
+    for limit in limits:
+        for stream in (sys.stdout, sys.stderr):
+            print('begins', name, file=stream, flush=True)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (limit, most))
+        code = main(arguments)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (most, most))
+        print('ends with', code, [*Path(folder).iterdir()], flush=True)
 """
+FORMS = 'mcap', 'sqlite3', 'csv', 'parquet'
+LIMITS = 0, 1000, 50_000, 150_000
 
 
 @pytest.fixture(scope='module')
-def recording(tmp_path_factory):
-    """Return a bag of 10 s."""
-    return rec.write_bag(tmp_path_factory.mktemp('full') / 'run', rec.samples(2000))
-
-
-def bag(folder, arguments, *limits):
+def runs(tmp_path_factory):
     """
-    Run the tool, again and again; no file of its may become longer than each of the limits.
+    Write states of 10 s again and again; no file may become longer than each of the limits.
 
-    Return how it ended, the codes, and how often something was left in a folder.
+    Return by name what a form printed to stdout and to stderr, and the folder.
 
     """
+    base = tmp_path_factory.mktemp('full')
+    recording = rec.write_bag(base / 'run', rec.samples(2000))
+    wanted = []
+    for name in (*FORMS, 'whole'):
+        if name == 'parquet' and find_spec('pyarrow') is None:
+            continue
+        folder = base / name
+        folder.mkdir()
+        output = folder / ('out' if name in ('mcap', 'sqlite3', 'whole') else f'out.{name}')
+        storage = ['--storage', name] if name in ('mcap', 'sqlite3') else []
+        wanted.append((name, str(folder), [
+            str(recording), '--robot', str(rec.ROBOTS / 'puma560.yaml'), '--name', 'puma',
+            '--output', str(output), *storage], (100_000_000,) if name == 'whole' else LIMITS))
     ended = subprocess.run(
-        [sys.executable, '-c', LIMITED, ','.join(map(str, limits)), folder,
-         *map(str, arguments)],
+        [sys.executable, '-c', LIMITED, json.dumps(wanted)],
         text=True, capture_output=True, timeout=300, env=os.environ | {'PYTHONPATH': str(ROOT)})
     assert ended.returncode == 0, ended.stderr
-    told = re.findall(r'^ends with (\d+) (.*)$', ended.stdout, re.M)
-    return ended, [int(code) for code, _ in told], sum(left != '[]' for _, left in told)
+    found = {}
+    for name, folder, *_ in wanted:
+        texts = []
+        for stream in (ended.stdout, ended.stderr):
+            parts = re.split(r'^begins (.*)\n', stream, flags=re.M)[1:]
+            texts.append(''.join(text for of, text in zip(parts[::2], parts[1::2]) if of == name))
+        found[name] = *texts, Path(folder)
+    return found
 
 
-@pytest.mark.parametrize('form', ['mcap', 'sqlite3', 'csv', 'parquet'])
-def test_nothing_half_done_is_left(recording, tmp_path, form):
+def ends(out):
+    """Return the codes with which runs ended, and how often something was left in a folder."""
+    told = re.findall(r'^ends with (\d+) (.*)$', out, re.M)
+    return [int(code) for code, _ in told], sum(left != '[]' for _, left in told)
+
+
+@pytest.mark.parametrize('form', FORMS)
+def test_nothing_half_done_is_left(runs, form):
     if form == 'parquet':
         pytest.importorskip('pyarrow')
-    output = tmp_path / ('out' if form in ('mcap', 'sqlite3') else f'out.{form}')
-    storage = ['--storage', form] if form in ('mcap', 'sqlite3') else []
-    ended, codes, left = bag(tmp_path, [
-        recording, '--robot', rec.ROBOTS / 'puma560.yaml', '--name', 'puma', '--output', output,
-        *storage], 0, 1000, 50_000, 150_000)
-    told = ended.stderr + ended.stdout
-    assert len(codes) == 4 and set(codes) <= {1, 2}, told
-    assert 'Traceback' not in told and 'Exception ignored' not in told, told
-    assert len(ended.stderr.splitlines()) == 4, told
+    out, errors, _ = runs[form]
+    codes, left = ends(out)
+    assert len(codes) == 4 and set(codes) <= {1, 2}, out + errors
+    assert 'Traceback' not in out + errors and 'Exception ignored' not in out + errors, errors
+    assert len(errors.splitlines()) == 4, out + errors
     assert not left
 
 
-def test_the_same_with_room_enough_is_whole(recording, tmp_path):
-    ended, codes, left = bag(tmp_path, [
-        recording, '--robot', rec.ROBOTS / 'puma560.yaml', '--name', 'puma', '--output',
-        tmp_path / 'out'], 100_000_000)
-    assert codes == [0] and left == 1, ended.stderr
-    assert len(rec.read_bag(tmp_path / 'out')['/puma/twist']) == 2000
+def test_the_same_with_room_enough_is_whole(runs):
+    out, errors, folder = runs['whole']
+    assert ends(out) == ([0], 1), errors
+    assert len(rec.read_bag(folder / 'out')['/puma/twist']) == 2000
 
 
 @pytest.mark.skipif(not os.path.exists('/dev/full'), reason='there is no /dev/full')

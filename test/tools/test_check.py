@@ -19,15 +19,16 @@ NAMES = rec.PUMA.joint_names
 def motion(t, rest=3.0):
     """Return positions and velocities: a rest, then the motion."""
     q, qd = rec.MOTION.derivatives(np.maximum(t - rest, 0.0), 1)
-    return np.round(q / rec.QUANTUM) * rec.QUANTUM, np.where(t < rest, 0.0, qd)
+    return (np.round(q / rec.QUANTUM) * rec.QUANTUM,
+            np.where((np.asarray(t) < rest)[..., None], 0.0, qd))
 
 
 def messages(count=600, rate=200.0, late=300_000, change=None, rest=0.5):
     """Yield messages of a bag; ``change`` may alter stamp, names, position, velocity."""
-    for k in range(count):
-        t = k / rate
+    times = np.arange(count) / rate
+    for k, (t, q, qd) in enumerate(zip(times.tolist(), *motion(times, rest))):
         stamp = rec.START + round(t * 1e9)
-        sample = [stamp, list(NAMES), *motion(t, rest)]
+        sample = [stamp, list(NAMES), q, qd]
         if change is not None:
             change(k, sample)
         yield '/joint_states', rec.JOINT_STATE, stamp + late, rec.joint_state(*sample)
