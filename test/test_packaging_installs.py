@@ -24,7 +24,7 @@ NOT_SHIPPED = shutil.ignore_patterns(
     '.git', '.venv', 'build', 'dist', 'install', 'log', '*.egg-info', '__pycache__', '.*_cache',
     '.hypothesis', '_build', '*.so', '.coverage')
 
-FEW = {'travel.pxd', 'joint_motion.pxd'}
+FEW = {'interpreter.pxd'}
 """Modules that are compiled here: to the ways of installing it is no matter how many there are. To
 install the package, before any test, has compiled all."""
 

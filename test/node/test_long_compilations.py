@@ -8,7 +8,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 from std_msgs.msg import String
 from support.rig import joint_state, PUMA, running, smooth_motion
 
-N_LONG = 3
+N_LONG = 2
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 OUTPUTS = ['twist', 'accel', 'jerk', 'snap']
 
@@ -55,7 +55,7 @@ def test_robots_that_stream_and_those_that_come_meanwhile_are_served(context, tm
         def compiling():
             return [name for name in long if 'at work' in rig.status(name)[2]]
 
-        descriptions['long_described'].publish(String(data=chain('long', 300)))
+        descriptions['long_described'].publish(String(data=chain('long', 200)))
         descriptions['late_described'].publish(String(data=chain('late', 2)))
         rig.wait(lambda: stream() or late)
         assert compiling(), 'it came while others were compiled'
