@@ -1,7 +1,6 @@
 # Copyright screw_kinematics contributors
 # SPDX-License-Identifier: Apache-2.0
 """Many recordings: the same states whoever makes them, and only what is missing."""
-from contextlib import contextmanager
 import json
 import os
 from pathlib import Path
@@ -46,6 +45,33 @@ def fleet(folder, count=4, samples=400):
 @pytest.fixture(scope='module')
 def recordings(tmp_path_factory):
     return fleet(tmp_path_factory.mktemp('fleet') / 'day')
+
+
+@pytest.fixture(scope='module')
+def running_cluster(tmp_path_factory):
+    """Start a scheduler and two workers as processes of their own; give address and workers."""
+    folder = tmp_path_factory.mktemp('cluster')
+    environment = {**os.environ, 'PYTHONPATH': str(Path(__file__).parents[2])}
+    about = folder / 'scheduler.json'
+    where = ['--scheduler-file', str(about)]
+    commands = [['scheduler', '--port', '0', '--no-dashboard', *where], *[
+        ['worker', '--nthreads', '1', '--no-nanny', '--no-dashboard', *where]] * 2]
+    processes = []
+    try:
+        for command in commands:
+            processes.append(subprocess.Popen(
+                [sys.executable, '-m', f'distributed.cli.dask_{command[0]}', *command[1:]],
+                env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+                cwd=folder))
+        end = time.monotonic() + 300
+        while not about.exists() or not about.read_text().endswith('}'):
+            assert time.monotonic() < end
+            time.sleep(0.1)
+        yield json.loads(about.read_text())['address'], processes[1:]
+    finally:
+        for process_ in processes:
+            process_.kill()
+            process_.wait()
 
 
 def run(recordings, output, *more):
@@ -114,13 +140,13 @@ def test_only_what_is_missing_is_done_again(tmp_path, capsys):
     assert not list(output.rglob('*.unfinished'))
 
 
-def test_broken_recordings_are_a_line_each(tmp_path, capsys):
+def test_broken_recordings_are_a_line_each(running_cluster, tmp_path, capsys):
     day = fleet(tmp_path / 'day')
     data = (day / 'run2.mcap').read_bytes()
     (day / 'run2.mcap').write_bytes(data[:len(data) // 2])
     (day / 'run5.bag').write_bytes(b'#ROSBAG V2.0\n')
     (day / 'run6.csv').write_text('a,b\n1,2\n')
-    assert run(day, tmp_path / 'states', '--processes', '2') == 1
+    assert run(day, tmp_path / 'states', '--scheduler', running_cluster[0]) == 1
     captured = capsys.readouterr()
     assert re.search(r'run2: .*damaged: .*cut off at byte', captured.err)
     assert re.search(r'run5: .*rosbag reindex', captured.err)
@@ -140,12 +166,13 @@ def test_other_outputs_of_many(recordings, form, tmp_path):
         assert len(rec.read_bag(tmp_path / 'out' / 'run3')['/puma/twist']) == 403
 
 
-def test_however_blocks_are_handed_out_the_bits_are_the_same(tmp_path, monkeypatch):
+def test_however_blocks_are_handed_out_the_bits_are_the_same(
+        running_cluster, tmp_path, monkeypatch):
     monkeypatch.setattr(blocks, 'BLOCK', 300)
     path = rec.write_bag(tmp_path / 'run', rec.samples(2000))
     source, = find_sources([str(path)])
     results = []
-    with cluster(None, 2) as client:
+    with cluster(running_cluster[0], 2) as client:
         executor = client.get_executor(pure=False)
         for name, how in (('here', map), ('two', in_order(executor, 2)),
                           ('eight', in_order(executor, 8))):
@@ -155,41 +182,16 @@ def test_however_blocks_are_handed_out_the_bits_are_the_same(tmp_path, monkeypat
     assert results[0].equals(results[1]) and results[0].equals(results[2])
 
 
-@contextmanager
-def running_cluster(folder, workers=2):
-    """Start a scheduler and workers as processes of their own; yield address and workers."""
-    environment = {**os.environ, 'PYTHONPATH': str(Path(__file__).parents[2])}
-    about = folder / 'scheduler.json'
-    where = ['--scheduler-file', str(about)]
-    commands = [['scheduler', '--port', '0', '--no-dashboard', *where], *[
-        ['worker', '--nthreads', '1', '--no-nanny', '--no-dashboard', *where]] * workers]
-    processes = []
-    try:
-        for command in commands:
-            processes.append(subprocess.Popen(
-                [sys.executable, '-m', f'distributed.cli.dask_{command[0]}', *command[1:]],
-                env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
-                cwd=folder))
-        end = time.monotonic() + 300
-        while not about.exists() or not about.read_text().endswith('}'):
-            assert time.monotonic() < end
-            time.sleep(0.1)
-        yield json.loads(about.read_text())['address'], processes[1:]
-    finally:
-        for process_ in processes:
-            process_.kill()
-            process_.wait()
-
-
-def test_a_worker_that_dies_costs_its_blocks_only(tmp_path, monkeypatch):
-    """A scheduler and two workers; one is killed in the middle of recordings and of blocks."""
+def test_a_worker_that_dies_costs_its_blocks_only(running_cluster, tmp_path, monkeypatch):
+    """One of two workers is killed in the middle of recordings and of blocks."""
     monkeypatch.setattr(blocks, 'BLOCK', 500)
     day = fleet(tmp_path / 'day', count=4, samples=600)
     rec.write_bag(day / 'long', rec.samples(5000, rate=1000.0))
     common = {'robots': ROBOT, 'form': 'dataset'}
     tasks = [Task(source, folder=tmp_path / 'cluster', name=source.name, **common)
              for source in find_sources([str(day)])]
-    with running_cluster(tmp_path) as (address, workers), cluster(address, 2) as client:
+    address, workers = running_cluster
+    with cluster(address, 2) as client:
         client.wait_for_workers(2, timeout=300)
         killed = []
 
