@@ -27,9 +27,9 @@ def motion(t, n=6):
 
 def worst_of(found, truth):
     """Return the largest error in stated deviations; truths are velocities, accelerations."""
-    states = np.array([motion.state[1:1 + len(truth)] for motion in found])
-    variances = np.array([motion.covariance.diagonal(axis1=1, axis2=2).T[1:1 + len(truth)]
-                          for motion in found])
+    states, variances = (
+        np.array(rows).reshape(len(found), 4, -1)[:, 1:1 + len(truth)]
+        for rows in ([made.values for made in found], [made.variances for made in found]))
     return (np.abs(states - np.stack(truth, axis=1)) / np.sqrt(variances)).max()
 
 

@@ -53,12 +53,10 @@ def run(estimator, stamps, positions, velocities=None):
         motion = estimator.update(stamp, position, None if velocities is None else velocities[k])
         if motion is not None:
             claimed.append(motion.stamp)
-            states.append(motion.state)
-            if k % 5 == 0:
-                variances.append(motion.covariance.diagonal(axis1=1, axis2=2).T)
-            else:
-                variances.append(np.full_like(motion.state, np.nan))
-    return np.array(claimed), np.array(states), np.array(variances)
+            states.append(motion.values)
+            variances.append(motion.variances if k % 5 == 0 else [np.nan] * len(motion.values))
+    shape = len(claimed), 4, -1
+    return np.array(claimed), np.array(states).reshape(shape), np.array(variances).reshape(shape)
 
 
 def acceleration_error(motion, claimed, states, settled=0.8):
