@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 from .gains cimport Gains
 
-cdef double AROUND, COLOURED, DENSEST, LEAST, SLOWEST, SPARSE, TIME_UNIT, WORTH
+cdef double AROUND, COLOURED, DENSEST, FAST, LEAST, SLOWEST, SPARSE, TIME_UNIT, WORTH
 
 
 cdef class IntervalSmoother:

@@ -36,11 +36,15 @@ else:
 AROUND = cython.declare(cython.double, 0.2)
 """How far to either side filters are weighed by what they tell, s: that fades by e over it."""
 
-COLOURED = cython.declare(cython.double, 0.5)
+COLOURED = cython.declare(cython.double, 0.35)
 """Fall of the logarithm of the noise from a filter to the next from which on it is coloured."""
 
-SLOWEST = cython.declare(cython.double, 1.75)
-"""By how much that falls at least where it is motion that the wider filter follows."""
+SLOWEST = cython.declare(cython.double, 1.2)
+"""By less than what that falls where it is motion that the wider filter follows: 1.5 where
+velocities jump, the third power of the bandwidth."""
+
+FAST = cython.declare(cython.double, 3.0)
+"""Fall that no noise has: the handicap goes to nothing on the way of 1 to it."""
 
 WORTH = cython.declare(cython.double, 0.4)
 """What a score is worth as evidence: neighbours' errors are alike, and none of the bandwidths may
@@ -108,7 +112,7 @@ class IntervalSmoother:
                 settled += own if 2 * i + 1 >= n else 0.0
             settled /= n - n // 2
             square: cython.double = steep * settled * settled
-            self.step[k] = square - handicap
+            self.step[k] = min(square - handicap, SLOWEST)
             handicap = square
         self.around(self.logs)
         self.around(self.span)
@@ -371,8 +375,7 @@ class IntervalSmoother:
         for k in range(m):
             onward: cython.double = level[k] - level[k + 1] if k + 1 < m else COLOURED
             if onward > 0.0:
-                step: cython.double = self.step[k] * min(onward / COLOURED, 1.0)
-                handicap += min(step, SLOWEST)
+                handicap += self.step[k] * min(onward / COLOURED, 1.0, max(FAST - onward, 0.0))
             w[k] = level[k] + handicap + self.logs[i, k] / span
             best = w[k] if w[k] < best else best
         for k in range(m):

@@ -230,6 +230,32 @@ def test_exact_positions_whose_jerk_jumps_are_followed_better_than_online():
     assert np.std(smoothed[inner]) < 0.5 * np.std(online[inner])
 
 
+@pytest.mark.parametrize('rate', [100, 250, 500])
+def test_sudden_stops_are_followed_no_worse_than_online(rate):
+    """That the noise seems to fall from filter to filter there does not make it coloured."""
+    random, stamps = np.random.default_rng(rate), np.arange(3 * rate) / rate
+    speed, end = random.uniform(0.5, 1.5, 6), random.uniform(1.2, 1.8, 6)
+    lasting = random.uniform(0.01, 0.03, 6)
+
+    def braking(at):
+        return np.clip(at[:, None] - (end - lasting), 0.0, lasting)
+
+    def error(at, acceleration):
+        taken, near = braking(at), (at > 0.9) & (at < 2.1)
+        truth = np.where((taken > 0.0) & (taken < lasting), -speed / lasting, 0.0)
+        return np.sqrt(np.mean((acceleration - truth)[near] ** 2))
+
+    taken = braking(stamps)
+    positions = speed * (np.minimum(stamps[:, None], end - lasting) + taken
+                         - taken**2 / (2.0 * lasting)) + 1e-6 * random.normal(size=taken.shape)
+    result = smooth(stamps, positions)
+    online = []
+    for delay in (0.02, 0.05, 0.1):
+        at, states, _ = run(MotionEstimator(6, delay=delay), stamps, positions)
+        online.append(error(at, states[:, 2]))
+    assert error(result.stamps, result.acceleration) < 0.95 * min(online)
+
+
 def test_coloured_noise_is_not_taken_for_motion():
     """Of four times the samples, with noise on lines between, little more than twice the error."""
     harm = []
