@@ -32,7 +32,8 @@ def calls(tmp_path_factory):
     code = ('import gc; gc.disable(); '     # its trees live long
             'from setuptools import Extension; from Cython.Build import cythonize; '
             f'cythonize([Extension(name, [path]) for name, path in {names}.items()], '
-            f'build_dir={str(folder)!r}, annotate=True, language_level=3, quiet=True, **{SHARED})')
+            f'build_dir={str(folder)!r}, annotate=True, language_level=3, quiet=True, '
+            f'compiler_directives={{"emit_code_comments": False}}, **{SHARED})')
     subprocess.run([sys.executable, '-c', code], check=True, cwd=root, capture_output=True)
 
     def called(text):

@@ -20,7 +20,8 @@ from Cython.Build import cythonize
 from setuptools import Extension
 gc.disable()        # its trees live long: a third of the time was a search for garbage
 cythonize([Extension(name, [path]) for name, path in zip(sys.argv[2::2], sys.argv[3::2])],
-          build_dir=sys.argv[1], language_level=3, quiet=True)
+          build_dir=sys.argv[1], language_level=3, quiet=True,
+          compiler_directives={'emit_code_comments': False})       # nobody reads what is made
 """
 
 
