@@ -12,11 +12,14 @@ sys.dont_write_bytecode = False
 os.environ.update(OPENBLAS_NUM_THREADS='1', OMP_NUM_THREADS='1', MKL_NUM_THREADS='1')
 
 LONG = ('test_packaging_installs.py', 'test_soak.py', 'test_oldest_cython.py', 'test_mypy.py',
-        'test_node_told.py', 'test_demo.py', 'test_live_clocks.py', 'test_live_imu.py',
-        'test_clock_offset.py', 'test_identify.py', 'test_view_live.py', 'test_parallel.py',
-        'test_fleet.py', 'test_full_disk.py', 'test_view.py', 'test_no_python_in_loops.py',
-        'test_plot.py', 'test_node_three_robots.py', 'test_hostile_requests.py', 'test_main.py',
-        'test_docs.py')
+        'test_node_told.py', 'test_demo.py', 'test_long_compilations.py', 'test_check.py',
+        'test_live_clocks.py', 'test_live_imu.py', 'test_device_clock.py', 'test_derive.py',
+        'test_arena.py', 'test_clock_offset.py', 'test_flake8.py', 'test_fleet.py',
+        'test_identify.py', 'test_view_live.py', 'test_parallel.py', 'test_stated_deviations.py',
+        'test_hostile.py', 'test_node_input.py', 'test_full_disk.py', 'test_program.py',
+        'test_view.py', 'test_no_python_in_loops.py', 'test_plot.py', 'test_node_three_robots.py',
+        'test_hostile_requests.py', 'test_main.py', 'test_bag.py', 'test_pep257.py',
+        'test_posture_tracker.py', 'test_docs.py')
 
 
 def pytest_configure(config):
