@@ -40,8 +40,7 @@ COLOURED = cython.declare(cython.double, 0.35)
 """Fall of the logarithm of the noise from a filter to the next from which on it is coloured."""
 
 SLOWEST = cython.declare(cython.double, 1.2)
-"""By less than what that falls where it is motion that the wider filter follows: 1.5 where
-velocities jump, the third power of the bandwidth."""
+"""Most that each such step counts: less than motion falls where velocities jump, which is 1.5."""
 
 FAST = cython.declare(cython.double, 3.0)
 """Fall that no noise has: the handicap goes to nothing on the way of 1 to it."""
