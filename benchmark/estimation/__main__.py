@@ -20,7 +20,7 @@ from benchmark.estimation.candidates import (
     BEST_CUTOFF, CANDIDATES, OURS, PEERS, present, SIMPLE, USUAL)
 from benchmark.estimation.conditions import ALL, CONDITIONS, MEASURING, STAMPING
 from benchmark.estimation.cost import table as cost_table, yardstick
-from benchmark.estimation.motions import KINDS
+from benchmark.estimation.motions import KINDS, MOVING
 from benchmark.estimation.recorded import add_options, compare, prepare, read
 from benchmark.estimation.score import evaluate, summary
 from benchmark.estimation.tables import by_condition, overview
@@ -63,7 +63,8 @@ def options() -> argparse.ArgumentParser:
         made.add_argument(f'--{option}', action='store_const', dest='conditions',
                           const=list(conditions), help=f'--conditions, all ways of {option}')
     made.add_argument('--motions', nargs='+', choices=KINDS, metavar='NAME',
-                      default=list(KINDS), help=f'of: {", ".join(KINDS)}')
+                      help=f'of: {", ".join(KINDS)}; '
+                      'by default all, for --coverage those that move on')
     made.add_argument('--pictures', type=Path, metavar='DIR', help='where to draw pictures')
     made.add_argument('--coverage', action='store_true', help='only show how often the truth lies '
                       'within the intervals that are claimed; with --recording on simulated '
@@ -124,7 +125,7 @@ def _coverage(chosen: argparse.Namespace, console: Console) -> None:
         names = chosen.conditions
 
         def deviations(name: str, delay: float) -> coverage.Deviations:
-            return coverage.simulated(name, chosen.seeds, delay)
+            return coverage.simulated(name, chosen.seeds, delay, chosen.motions or MOVING)
     console.print(coverage.table([
         (name, [deviations(name, delay) for delay in coverage.DELAYS])
         for name in track(names, 'conditions', console=console)]))
@@ -133,7 +134,7 @@ def _coverage(chosen: argparse.Namespace, console: Console) -> None:
 def _simulated(chosen: argparse.Namespace, names: Sequence[str], console: Console) -> None:
     """Compare on simulated arms."""
     tasks = [(seed, name, kind) for seed in chosen.seeds
-             for name in chosen.conditions for kind in chosen.motions]
+             for name in chosen.conditions for kind in chosen.motions or KINDS]
     cells = [{'seed': seed, 'condition': name, 'motion': kind,
               'scores': evaluate(kind, name, seed, names)}
              for seed, name, kind in track(tasks, 'recordings', console=console)]

@@ -9,7 +9,6 @@ from functools import cache
 from typing import Any
 
 from benchmark.estimation.conditions import ALL
-from benchmark.estimation.motions import MOVING
 from benchmark.estimation.reference import Reference, twin_of
 from benchmark.estimation.samples import Samples
 from benchmark.estimation.simulated import record
@@ -88,11 +87,12 @@ def deviations(samples: Samples, truth: Any, delay: float,
     return found
 
 
-def simulated(condition: str, seeds: Sequence[int], delay: float) -> Deviations:
-    """Return the deviations of all moving kinds of motion, measured in one way."""
+def simulated(condition: str, seeds: Sequence[int], delay: float,
+              kinds: Iterable[str]) -> Deviations:
+    """Return the deviations of some kinds of motion, measured in one way."""
     found: dict[str, list[np.ndarray]] = {what: [] for what in QUANTITIES}
     for seed in seeds:
-        for kind in MOVING:
+        for kind in kinds:
             recording = record(kind, ALL[condition], seed)
             # Of drivers it is taken off already, and given back; of bursts it is not.
             latency = recording.latency

@@ -3,7 +3,7 @@
 """The comparison of estimators: its reference against the truth, its peers, its command line."""
 
 from benchmark.estimation import __main__ as arena
-from benchmark.estimation import candidates, peers
+from benchmark.estimation import candidates, coverage, peers
 from benchmark.estimation.conditions import ALL, Condition
 from benchmark.estimation.reference import floor, reference_of
 from benchmark.estimation.samples import Samples
@@ -45,6 +45,14 @@ def test_ticks_are_found_with_both_sides_in_view(stamps, rate, period):
         ahead = times[fresh][10:-10] - np.interp(
             np.arange(10, fresh.sum() - 10), np.arange(len(readings.stamps)), readings.stamps)
         assert np.abs(ahead - np.median(ahead)).max() < 2e-4 + period
+
+
+def test_errors_are_nearly_normal_of_motions_that_do_not_jump_and_of_others_not():
+    tails = []
+    for kinds in (('puma', 'multi-sine'), ('trapezoidal velocity',)):
+        sizes = np.abs(coverage.simulated('250 Hz, network', [1], 0.02, kinds)['q"'])
+        tails.append(np.quantile(sizes, 0.95) / np.quantile(sizes, 0.68))
+    assert 1.8 < tails[0] < 2.5 < tails[1]
 
 
 @pytest.mark.parametrize('name', candidates.CANDIDATES)
