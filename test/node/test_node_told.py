@@ -55,7 +55,7 @@ def test_measured_velocities_that_never_come(rig):
     told(rig, 'never', lambda level, message, _: level == b'\2' and 'velocity_not' in message
          and AUTO in message, velocity=lambda qd: ())
     assert not rig.received['/never/twist']
-    rig.wait(lambda: f'never: velocity_not_measured, velocity_source is \'measured\': {AUTO}'
+    rig.wait(lambda: f'never: velocity_not_measured (velocity_source is \'measured\': {AUTO})'
              in rig.log.read_text())
 
 
