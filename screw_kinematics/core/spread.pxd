@@ -7,7 +7,7 @@ from .gains cimport Gains
 from .mixture cimport Mixture
 from .steps cimport Steps
 
-cdef double FINEST, TIME_UNIT
+cdef double FINEST, LEAST, TIME_UNIT
 
 cdef void grow(double[:, ::1] t, Py_ssize_t j, Py_ssize_t i, double old, double new) noexcept
 cdef double signal(double[:, ::1] out, Py_ssize_t j) noexcept

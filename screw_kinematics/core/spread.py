@@ -19,7 +19,7 @@ from .channel import Channel
 from .gains import Gains
 from .mixture import Mixture
 from .steps import Steps
-from .tables import FINEST, row, SCALE, table, TIME_UNIT, zeros
+from .tables import FINEST, LEAST, row, SCALE, table, TIME_UNIT, zeros
 if cython.compiled:
     from cython.cimports.libc.math import exp, log, sqrt
 else:
@@ -128,8 +128,9 @@ class Spread:
         mean: cython.double[::1] = c.mean
         excess: cython.double[:, ::1] = c.excess
         e: cython.double[:, ::1] = self.work
-        # Noise is never below that of rounding, however well some samples lie on a line.
-        least: cython.double = c.signal(j).rounding()
+        # Noise is never below that of rounding, however well some samples lie on a line; nor is it
+        # nothing, as a covariance of zeros would mean that it is unknown.
+        least: cython.double = c.signal(j).rounding() + LEAST
         for i in range(10):
             e[i, 0] = 0.0
         # The mean at the instant, carried back to the step.

@@ -186,3 +186,12 @@ def test_a_joint_without_velocity_leaves_the_others_deviations_right():
                      q + 1e-5 * rng.normal(size=q.shape), velocities)
     assert 0.1 < np.median(sizes) < 1.0
     assert np.isfinite(sizes).all()
+
+
+@pytest.mark.parametrize('delay', [0.0, 0.02])
+def test_no_covariance_is_of_zeros_however_still_a_joint_is(delay):
+    """In messages of ROS that means that it is unknown; and who weighs by it divides by zero."""
+    estimator = MotionEstimator(2, delay=delay)
+    for k in range(500):
+        found = estimator.update(k / RATE, (0.0, 0.7))
+    assert min(found.variances) > 0.0 and max(found.variances) < 1e-12
