@@ -32,6 +32,11 @@ _LOCAL = {
     # Nobody looks at profiles, which cost some percent of each core.
     'distributed.worker.profile.enabled': False,
     'distributed.admin.system-monitor.gil.enabled': False,
+    # The event loops look after themselves some hundred times a second, each time taking the
+    # interpreter from the work: a tenth of a core beside two that work.
+    'distributed.admin.system-monitor.interval': '10s',
+    'distributed.admin.tick.interval': '1s',
+    'distributed.worker.memory.monitor-interval': '1s',
     # A core each. Not what dask sets beside these: by it arrays are mapped and unmapped always.
     'distributed.nanny.pre-spawn-environ': {
         'OMP_NUM_THREADS': 1, 'MKL_NUM_THREADS': 1, 'OPENBLAS_NUM_THREADS': 1},
