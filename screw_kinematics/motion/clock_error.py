@@ -1,3 +1,4 @@
+# cython: annotation_typing=False
 # Copyright screw_kinematics contributors
 # SPDX-License-Identifier: Apache-2.0
 """What none can know of the time of the device that read the joints: all of them err by it."""
@@ -5,17 +6,22 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 
-class ClockError(NamedTuple):
+@dataclass(frozen=True)
+class ClockError:
     """Standard deviations of what stamps tell of a device's time."""
 
     time: float = 0.0    # of an instant, s
     rate: float = 0.0    # of how many seconds of the stamps' clock one of the device's takes
+
+    def __bool__(self) -> bool:
+        """Whether it errs at all."""
+        return self.time > 0.0 or self.rate > 0.0
 
     def deviations(self, order: int, own: Sequence[float],
                    onward: Sequence[float] = ()) -> list[list[float]]:
@@ -26,15 +32,21 @@ class ClockError(NamedTuple):
         ``onward`` is the next one, none where it is not known.
         """
         found = []
-        if self.time and len(onward):
+        if self.time > 0.0 and len(onward):
             found.append([self.time * rate for rate in onward])
-        if self.rate and order:
-            found.append([order * self.rate * rate for rate in own])
+        if self.rate > 0.0 and order:
+            by = order * self.rate
+            found.append([by * rate for rate in own])
         return found
+
+    def variance(self, order: int, own: float, onward: float) -> float:
+        """Return the variance that this is in a derivative of one joint's position."""
+        late, fast = self.time * onward, order * self.rate * own
+        return late * late + fast * fast
 
     def of_state(self, state: NDArray[np.float64]) -> NDArray[np.float64]:
         """
-        Return the same of all orders, as arrays: nothing is next to the highest.
+        Return the deviations of all orders, as arrays: nothing is next to the highest.
 
         Of positions, velocities, ... of the joints, shape (m, n), there is what they err by as the
         instant does, and as the rate does, shape (2, m, n).

@@ -75,14 +75,16 @@ class JointColumns:
         Rates say by how much that changes in a second, the change of the Jacobian in it; used
         where the clock of the joints is not exact and the base does not move.
         """
-        variances = self.select(state.motion.variances, derivative)
-        error, values = state.motion.clock_error, state.motion.values
+        motion = state.motion
+        variances = self.select(motion.variances, derivative)
+        error = motion.clock_error
         together: list[list[float]] = []
         made: list[float] = []
-        if any(error):
-            onward = self.select(values, derivative + 1) if state.order > derivative else ()
-            together = error.deviations(derivative, self.select(values, derivative), onward)
-            if error.time and len(onward) and not self._moving_base:
+        if error:
+            onward = self.select(motion.values, derivative + 1) if state.order > derivative else ()
+            together = error.deviations(
+                derivative, self.select(motion.values, derivative), onward)
+            if error.time > 0.0 and len(onward) and not self._moving_base:
                 made = [error.time * rate for rate in rates]
         if self._moving_base:
             assert state.base is not None
