@@ -81,6 +81,9 @@ SCRIPTED = [
     ours(OWN, OURS),
     ours('ours, joint_motion too', OURS, 'outputs:=[twist, accel, joint_motion]',
          outputs=('twist', 'joint_motion', 'accel')),
+    ours('ours, with covariances', OURS,
+         'outputs:=[twist_with_covariance, accel_with_covariance]',
+         outputs=('twist_with_covariance', 'accel_with_covariance')),
     ours('ours, three tips', OURS, f'tips:=[{TIP}, panda_hand, panda_link5]', outputs=tuple(
         f'{tip}/{output}' for tip in ('panda_link5', 'panda_hand', TIP)
         for output in ('twist', 'accel'))),

@@ -12,7 +12,8 @@ from struct import unpack_from
 import subprocess
 import time
 
-from geometry_msgs.msg import AccelStamped, TwistStamped
+from geometry_msgs.msg import (
+    AccelStamped, AccelWithCovarianceStamped, TwistStamped, TwistWithCovarianceStamped)
 import rclpy
 from rclpy.experimental import EventsExecutor
 from rclpy.qos import QoSProfile
@@ -27,7 +28,9 @@ from ..domain import own_domain
 WINDOW = 50         # messages under way at most, fewer than any queue holds: nothing is lost
 PATIENCE = 60.0     # for a node to start [s]
 SILENCE = 5.0       # without any output, after which what is under way counts as lost [s]
-MESSAGES = {'twist': TwistStamped, 'accel': AccelStamped, 'joint_motion': JointTrajectory}
+MESSAGES = {'twist': TwistStamped, 'accel': AccelStamped, 'joint_motion': JointTrajectory,
+            'twist_with_covariance': TwistWithCovarianceStamped,
+            'accel_with_covariance': AccelWithCovarianceStamped}
 
 
 @dataclass(frozen=True)

@@ -247,15 +247,15 @@ class ImuWriter:
         felt = self._motion.of(state.values)
         force, omega, _ = felt.specific_force(self._gravity)
         row = state.values[self._pose]
-        to_tip = felt.to_base.T if self._in_base else np.eye(3)
-        jacobian = np.reshape(state.values[self._jacobian], (6, -1))
-        turning, moving = to_tip @ jacobian[:3], to_tip @ jacobian[3:]
+        # Angular rows, then linear ones.
+        jacobian = np.array(state.values[self._jacobian]).reshape(2, 3, -1)
+        if self._in_base:
+            jacobian = felt.to_base.T @ jacobian
         if self._at_base:       # from the point at the base's origin to the tip
-            moving = moving + np.cross(turning, felt.to_base.T @ row[:3], axisa=0, axisc=0)
-        of_position, of_velocity, of_acceleration = (
-            self._joints.covariance(state, k, rows, rates)
-            for k, (rows, rates) in enumerate((
-                (turning, ()), (turning, [*felt.alpha]), (moving, ()))))
+            jacobian[1] += np.cross(jacobian[0], felt.to_base.T @ row[:3], axisa=0, axisc=0)
+        turning, moving = jacobian.reshape(2, -1).tolist()
+        joints = self._joints
         return self._encoder.encode(state.stamp_ns, [
-            *quaternion_from_row(row[3:]), *of_position, *omega, *of_velocity,
-            *force, *of_acceleration])
+            *quaternion_from_row(row[3:]), *joints.covariance(state, 0, turning),
+            *omega, *joints.covariance(state, 1, turning, felt.alpha),
+            *force, *joints.covariance(state, 2, moving)])
