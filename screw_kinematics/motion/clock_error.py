@@ -11,6 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+Order = int
+"""Of a derivative; under this name Cython 3.0.8 takes the type of C that is in the .pxd."""
+
 
 @dataclass(frozen=True)
 class ClockError:
@@ -23,7 +26,7 @@ class ClockError:
         """Whether it errs at all."""
         return self.time > 0.0 or self.rate > 0.0
 
-    def deviations(self, order: int, own: Sequence[float],
+    def deviations(self, order: Order, own: Sequence[float],
                    onward: Sequence[float] = ()) -> list[list[float]]:
         """
         Return the deviations that all joints have at once: a row for each of the two.
@@ -39,7 +42,7 @@ class ClockError:
             found.append([by * rate for rate in own])
         return found
 
-    def variance(self, order: int, own: float, onward: float) -> float:
+    def variance(self, order: Order, own: float, onward: float) -> float:
         """Return the variance that this is in a derivative of one joint's position."""
         late, fast = self.time * onward, order * self.rate * own
         return late * late + fast * fast

@@ -16,9 +16,9 @@ cdef class JointColumns:
     cdef Py_ssize_t _count
 
     @cython.locals(start=Py_ssize_t, column=Py_ssize_t)
-    cpdef object select(self, object row, Py_ssize_t derivative)
+    cpdef object select(self, object row, long derivative)
     @cython.locals(motion=Motion, error=ClockError, rate=double)
-    cpdef list covariance(self, State state, Py_ssize_t derivative, object jacobian,
+    cpdef list covariance(self, State state, long derivative, object jacobian,
                           object rates=*)
 
 

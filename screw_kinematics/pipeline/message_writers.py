@@ -24,6 +24,7 @@ from ..chains.covariance import through_jacobian
 from ..messages.joint_motion import JointStateEncoder, JointTrajectoryEncoder
 from ..messages.stamped import (
     ImuEncoder, PoseEncoder, TwistEncoder, TwistWithCovarianceEncoder, VelocityEncoder)
+from ..motion.clock_error import Order
 from ..screws.rotations import quaternion_from_row
 from ..screws.se3 import Array
 
@@ -60,14 +61,14 @@ class JointColumns:
         self._columns = columns
         self._count = count
 
-    def select(self, row: Sequence[float], derivative: int) -> Sequence[float]:
+    def select(self, row: Sequence[float], derivative: Order) -> Sequence[float]:
         """Return the tip's joints' positions (0), velocities (1), ..."""
         start = derivative * self._count
         if self.all:
             return row[start:start + self._count]
         return [row[start + column] for column in self._columns]
 
-    def covariance(self, state: State, derivative: int, jacobian: Sequence[float] | Array,
+    def covariance(self, state: State, derivative: Order, jacobian: Sequence[float] | Array,
                    rates: Sequence[float] = ()) -> list[float]:
         """
         Return the covariance of what a Jacobian makes of a derivative of the joints' positions.
@@ -257,5 +258,5 @@ class ImuWriter:
         joints = self._joints
         return self._encoder.encode(state.stamp_ns, [
             *quaternion_from_row(row[3:]), *joints.covariance(state, 0, turning),
-            *omega, *joints.covariance(state, 1, turning, felt.alpha),
+            *omega, *joints.covariance(state, 1, turning, [*felt.alpha]),
             *force, *joints.covariance(state, 2, moving)])
