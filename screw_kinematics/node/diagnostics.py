@@ -14,7 +14,7 @@ from rclpy.node import Node
 from rclpy.time import Time
 
 from .robot import Robot
-from .robot_status import base_of, ERROR, faults_of, OK, RobotCounts, RobotStatus, told, WARN
+from .robot_status import base_of, ERROR, faults_of, OK, RobotCounts, RobotStatus, WARN
 from .topic_inputs import BaseInput, JointInput, TopicInput
 from .. import core
 from ..errors import Reason, ScrewKinematicsError
@@ -96,12 +96,14 @@ class Diagnostics:
             counts.update({(topic, reason): n for reason, n in each.refused.items()})
         for robot in robots:
             base = base_of(robot)
-            accounts = [(robot.name, robot.account, faults_of(robot))] + (
-                [] if base is None else [
-                    (f'base of {robot.name}', base.account, base.account.refused)])
+            accounts = [(robot.name, robot.account, faults_of(robot)), *(
+                (f'wrenches of {sensor.settings.name}', sensor.account, sensor.account.refused)
+                for sensor in robot.publishers.sensors.values())]
+            if base is not None:
+                accounts.append((f'base of {robot.name}', base.account, base.account.refused))
             for name, account, refused in accounts:
                 counts.update({(name, reason): n for reason, n in refused.items()})
-                words |= {(name, reason): told(reason, account) for reason in refused}
+                words |= {(name, reason): account.told(reason) for reason in refused}
         news = counts - self._logged
         if news:
             self._node.get_logger().warning('refused messages: ' + ', '.join(

@@ -3,6 +3,7 @@
 """One robot of the node: its model, its pipeline, and its topics."""
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
 from typing import Any
 
@@ -148,25 +149,28 @@ class Robot:
         """Load a URDF text beside the stream of messages; keep the old model if it fails."""
         settings = self.settings
 
-        def done(model: Any) -> None:
-            if settings is not self.settings:   # they have changed meanwhile
+        def take(use: Callable[[str, Any], None], result: Any) -> None:
+            if settings is self.settings:
+                use(text, result)
+            else:       # they have changed meanwhile
                 self.load_from_topic(text)
-                return
-            self._description = text
-            self._set_model(model)
-            self._log.info(f'{self.name}: {model!r}')
 
-        def failed(error: ScrewKinematicsError) -> None:
-            if settings is not self.settings:
-                self.load_from_topic(text)
-                return
-            self.model_error = str(error)
-            kept = 'the old model stays'
-            if self.model is None:      # other settings may suit it
-                self._description, kept = text, 'waiting for another one, or other parameters'
-            self._log.error(f'{self.name}: {error}; {kept}')
+        self._worker.submit((self, 'model'), partial(build_model, settings, text),
+                            partial(take, self._loaded), partial(take, self._not_loaded))
 
-        self._worker.submit((self, 'model'), partial(build_model, settings, text), done, failed)
+    def _loaded(self, text: str, model: Any) -> None:
+        """Use the model of a description."""
+        self._description = text
+        self._set_model(model)
+        self._log.info(f'{self.name}: {model!r}')
+
+    def _not_loaded(self, text: str, error: ScrewKinematicsError) -> None:
+        """Tell what is wrong with a description."""
+        self.model_error = str(error)
+        kept = 'the old model stays'
+        if self.model is None:      # other settings may suit it
+            self._description, kept = text, 'waiting for another one, or other parameters'
+        self._log.error(f'{self.name}: {error}; {kept}')
 
     def plan(self, settings: RobotSettings) -> Any:
         """Return the model that these settings ask for; raise ScrewKinematicsError."""

@@ -12,16 +12,11 @@ from diagnostic_msgs.msg import DiagnosticStatus
 from .robot import Robot
 from ..errors import Reason
 from ..motion import MotionEstimator
-from ..pipeline.account import Account
 from ..pipeline.joint_groups import listed
 from ..pipeline.moving_base import MovingBase
-from ..pipeline.stream_watch import NO_VELOCITIES
 
 HARMLESS = (Reason.NO_JOINT, Reason.JOINTS_MISSING)
 """Reasons to refuse a message that are no fault: a gripper's message is none of the arm's."""
-
-ADVICE = {Reason.NO_VELOCITY: f"velocity_source is 'measured': {NO_VELOCITIES}"}
-"""What is to be said beyond a reason, whatever the message."""
 
 FOREIGN_AGE = 10.0
 """Outputs that keep coming and are older than this, or so far ahead, are of another clock [s]."""
@@ -173,14 +168,13 @@ class RobotStatus:
     def _wrench_complaints(self, tip: int) -> list[str]:
         """Return what is wrong with a force sensor whose compensated wrench is wanted."""
         sensor = self._robot.publishers.sensors[tip]
-        topic, account = sensor.settings.wrench_topic, sensor.account
+        topic = sensor.settings.wrench_topic
         now = self.counts.wrenches[tip]
         before = self._since.wrenches.get(tip, now)
         complaints = []
         if now.refused > before.refused:
-            reason, detail = list(account.details.items())[-1]
-            complaints.append(f'{topic}: {now.refused - before.refused} wrenches refused: {reason}'
-                              + (f' ({detail})' if detail else ''))
+            complaints.append(f'{topic}: {now.refused - before.refused} wrenches refused: '
+                              f'{sensor.account.latest}')
         latest = sensor.latest_ns
         if not now.received:
             complaints.append(f'{topic}: no wrench has come')
@@ -218,17 +212,11 @@ def faults_of(robot: Robot) -> Counter[Reason]:
                     if reason not in HARMLESS})
 
 
-def told(reason: Reason, account: Account) -> str:
-    """Return a reason, and what is known beyond it of its latest message."""
-    detail = account.details.get(reason) or ADVICE.get(reason, '')
-    return f'{reason} ({detail})' if detail else str(reason)
-
-
 def _most_frequent(robot: Robot, faults: Counter[Reason], publishers: int) -> str:
     reason = faults.most_common(1)[0][0]
     if reason is Reason.STAMP_NOT_INCREASING and publishers > 1:
         return f'{reason} (the topic has {publishers} publishers)'
-    return told(reason, robot.account)
+    return robot.account.told(reason)
 
 
 def _estimation(robot: Robot) -> dict[str, Any]:

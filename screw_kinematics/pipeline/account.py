@@ -27,6 +27,9 @@ class Account:
     ['position_not_finite', 'estimator_settling', 'a state']
     >>> account.received, account.used, account.refused.total()
     (3, 2, 1)
+    >>> _ = account.close(Reason.WRONG_LENGTH, '5 positions for 6 names')
+    >>> account.told(Reason.NOT_FINITE), account.latest
+    ('position_not_finite', 'position_of_wrong_length (5 positions for 6 names)')
 
     """
 
@@ -55,3 +58,13 @@ class Account:
             self.details.pop(outcome, None)     # so that the latest is the last
             self.details[outcome] = detail
         return outcome
+
+    def told(self, reason: Reason) -> str:
+        """Return a reason to refuse, and what is known beyond it of its latest message."""
+        detail = self.details.get(reason)
+        return f'{reason} ({detail})' if detail else str(reason)
+
+    @property
+    def latest(self) -> str:
+        """Return why the latest of the refused messages was refused."""
+        return self.told(next(reversed(self.details)))

@@ -216,10 +216,8 @@ class MovingBase:
             return 'no message of the base came'
         if not account.refused:
             return f'{account.received} messages of the base came'
-        # What was refused last is last among the details.
-        reason, detail = list(account.details.items())[-1]
         return (f'{account.refused.total()} of {account.received} messages of the base were '
-                f'refused, the latest as {reason}: {detail}')
+                f'refused, the latest as {account.latest}')
 
     def doubts(self) -> list[str]:
         """Return what the estimator finds odd about the samples, in sentences."""

@@ -17,7 +17,7 @@ from .joint_groups import JointGroup, JointGroups, listed, Reading
 from .kinematics import Kinematics, State
 from .moving_base import MovingBase
 from .settings import MotionSettings
-from .stream_watch import StreamWatch
+from .stream_watch import NO_VELOCITIES, StreamWatch
 from .synchronizer import Synchronizer
 from ..errors import Reason, ScrewKinematicsError
 from ..messages.joint_state import JointSample
@@ -173,7 +173,9 @@ class RobotPipeline:
         return [m.estimator for m in self._motions.values() if m.estimator is not None]
 
     def _describe(self, reading: Reading, outcome: Reason) -> str:
-        """Return which joint a reading was refused for, if that tells more."""
+        """Return what to do, or which joint a reading was refused for, if that tells more."""
+        if outcome is Reason.NO_VELOCITY:
+            return f"velocity_source is 'measured': {NO_VELOCITIES}"
         columns = reading.group.columns
         estimator = self._motions[columns].estimator
         if outcome is not Reason.IMPLAUSIBLE_JUMP or estimator is None:

@@ -78,8 +78,9 @@ class WrenchSensor:
 
     def findings(self, states: int) -> list[str]:
         """Return what is to be said of a recorded sensor, beside so many states."""
-        topic, refused = self.settings.wrench_topic, self.account.refused
-        found = [f'{topic}: {n} wrenches refused: {reason}' for reason, n in refused.items()]
+        topic, account = self.settings.wrench_topic, self.account
+        found = [f'{topic}: {n} wrenches refused: {account.told(reason)}'
+                 for reason, n in account.refused.items()]
         if self.left_out.total() > _FEW * states:
             found.append(f'{topic}: no wrench was measured around {self.left_out.total()} of the '
                          'instants of the joints; do their clocks agree?')

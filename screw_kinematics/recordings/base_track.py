@@ -100,7 +100,7 @@ def recorded_base(recording: Recording | JointTable, settings: RobotSettings, mo
         np.concatenate([_rows(block.motion) for block in blocks]),
         np.concatenate([_rows(block.variances) for block in blocks]), account,
         [*watch.findings(), *(
-            f'{count} messages of the base refused, {reason}: {account.details.get(reason, "")}'
+            f'{count} messages of the base refused: {account.told(reason)}'
             for reason, count in account.refused.items() if count)])
 
 

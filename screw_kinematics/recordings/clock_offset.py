@@ -102,12 +102,14 @@ def find_offset(joint_stamps: Array, stamps: Array, groups: Sequence[Channels]) 
                             f'{group.values[0].tolist()}: is the sensor connected?')
     thin = max(len(at) // _ROWS, 1)
     offsets = np.arange(-SEARCH, SEARCH + _GRID / 2, _GRID)
-    misfits = _misfits(joint_stamps, at[::thin], [
+    whole = _whole(joint_stamps)
+    misfits = _misfits(joint_stamps, whole, at[::thin], [
         Channels(group.values[::thin], group.features) for group in groups], offsets.tolist())
     offset, drift = float(offsets[int(np.argmin(misfits))]), 0.0
     middle = (at - at[len(at) // 2]) * 1e-9
     for _ in range(_ITERATIONS):
-        step, covariance, fits = _improve(joint_stamps, at, groups, offset, drift, middle)
+        step, covariance, fits = _improve(
+            joint_stamps, whole, at, groups, offset, drift, middle)
         offset, drift = offset + step[0], drift + step[1]
         if abs(step[0]) < 1e-8:
             break
@@ -176,10 +178,10 @@ def _covered(joint_stamps: Array, whole: Array, at: Array) -> Array:
     return np.asarray(whole[after - 1])
 
 
-def _misfits(joint_stamps: Array, at: Array, groups: Sequence[Channels],
+def _misfits(joint_stamps: Array, whole: Array, at: Array, groups: Sequence[Channels],
              offsets: Sequence[float]) -> list[float]:
     """Return the logarithms of what is left, by which groups of any units can be added."""
-    whole, misfits = _whole(joint_stamps), []
+    misfits = []
     features = np.concatenate([group.features for group in groups], axis=1)
     ends = np.cumsum([group.features.shape[1] for group in groups]).tolist()
     for offset in offsets:
@@ -197,11 +199,12 @@ def _misfits(joint_stamps: Array, at: Array, groups: Sequence[Channels],
     return misfits
 
 
-def _improve(joint_stamps: Array, at: Array, groups: Sequence[Channels], offset: float,
-             drift: float, middle: Array) -> tuple[Array, Array, list[tuple[Array, Array]]]:
+def _improve(joint_stamps: Array, whole: Array, at: Array, groups: Sequence[Channels],
+             offset: float, drift: float, middle: Array,
+             ) -> tuple[Array, Array, list[tuple[Array, Array]]]:
     """Return a Gauss-Newton step of offset and drift, their covariance, and the fits."""
     shifted = at + np.rint((offset + drift * middle) * 1e9).astype(np.int64)
-    known = _covered(joint_stamps, _whole(joint_stamps), shifted)
+    known = _covered(joint_stamps, whole, shifted)
     shifted, middle = shifted[known], middle[known]
     block = ((at[known] - at[0]) // round(BLOCK * 1e9)).astype(int)
     normal, scores = np.zeros((2, 2)), np.zeros((2, int(block[-1]) + 1))

@@ -56,7 +56,7 @@ def opened(place: str, table: TableFormat) -> Iterator[Recording | JointTable]:
                     files.get_file(file, str(copy))
             with opened(str(target), table) as recording:
                 yield recording
-    elif place.lower().endswith(ENDINGS):
+    elif _ends(place, ENDINGS):
         yield JointTable(Path(place), table)
     else:
         with Recording(Path(place)) as recording:
@@ -88,8 +88,8 @@ def group_files(files: Iterable[str]) -> dict[str, list[str]]:
             folders.setdefault(folder, []).append(name)
     found: dict[str, list[str]] = {}
     for folder, names in sorted(folders.items()):
-        recordings = sorted(name for name in names if name.lower().endswith(_RECORDINGS))
-        storages = [name for name in recordings if name.lower().endswith(_STORAGES)]
+        recordings = sorted(name for name in names if _ends(name, _RECORDINGS))
+        storages = [name for name in recordings if _ends(name, _STORAGES)]
         bag = storages == recordings and (_numbered(storages) or len(storages) == 1 and (
             _without_ending(storages[0]) == folder.rpartition('/')[2]))
         if METADATA in names or bag:
@@ -138,12 +138,11 @@ def _local(path: str) -> Iterator[tuple[str, tuple[int, str]]]:
         glob(path, recursive=True))
     for each in map(Path, given):
         if each.is_file():
-            groups = {str(each): [str(each)]} if (
-                each.name.lower().endswith(_RECORDINGS)) else {}
+            groups = {str(each): [str(each)]} if _ends(each.name, _RECORDINGS) else {}
         else:
             groups = group_files(file.as_posix() for file in sorted(each.rglob('*'))
                                  if file.is_file() and file.parent != each / '_done')
-            if len(groups) == 1 and next(iter(groups)).lower().endswith(_STORAGES):
+            if len(groups) == 1 and _ends(next(iter(groups)), _STORAGES):
                 groups = {str(each): next(iter(groups.values()))}     # a bag without metadata
         for place, files in groups.items():
             about = [Path(file).stat() for file in files]
@@ -198,5 +197,10 @@ def _numbered(names: Sequence[str]) -> bool:
     return False
 
 
+def _ends(name: str, endings: tuple[str, ...]) -> bool:
+    """Return whether a name has one of the endings, in capitals or not."""
+    return name.lower().endswith(endings)
+
+
 def _without_ending(name: str) -> str:
-    return name[:len(name) - max(len(e) for e in ('', *_RECORDINGS) if name.lower().endswith(e))]
+    return name[:len(name) - max(len(e) for e in ('', *_RECORDINGS) if _ends(name, (e,)))]

@@ -33,7 +33,7 @@ def recorded_sensor(recording: Recording | JointTable, settings: RobotSettings, 
         else:
             sensor.take(sample)
     if sensor.pose is None:
-        reason, count = sensor.account.refused.most_common(1)[0]
-        raise ToolError(f'{recording.path}: {topic}: every wrench is refused: {reason} '
-                        f'({sensor.account.details.get(reason) or count})')
+        reason, _ = sensor.account.refused.most_common(1)[0]
+        raise ToolError(f'{recording.path}: {topic}: every wrench is refused: '
+                        f'{sensor.account.told(reason)}')
     return sensor

@@ -93,6 +93,8 @@ def test_compensated_wrench(context, tmp_path):
         line = "frame_id is 'hand'; allowed: ft_frame, or name the link in arm.wrench_frame"
         motion.play(lambda: line in rig.status('arm')[1], frame='hand')
         assert int(rig.status('arm')[2]['ft/wrench refused frame_not_fixed_to_tip']) > 0
+        rig.wait(lambda: f'wrenches of arm: frame_not_fixed_to_tip ({line})'
+                 in rig.log.read_text())
 
 
 def test_a_tip_has_a_sensor_of_its_own(context, tmp_path):

@@ -115,7 +115,7 @@ def test_where_the_odometry_is_missing_there_are_no_states(tmp_path, capsys):
                      '--output', str(tmp_path / 'x.csv')]) == 0
     told = capsys.readouterr().out
     assert 'base_motion_too_old' in told
-    assert "1 messages of the base refused, frame_not_fixed_to_base: the moving frame is" in told
+    assert "1 messages of the base refused: frame_not_fixed_to_base (the moving frame is" in told
     history = read_history(tmp_path / 'x.csv', ('twist',))
     assert 2.4 < history.time[-1] < 2.6     # stale_timeout
 

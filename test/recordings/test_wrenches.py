@@ -26,14 +26,15 @@ kinematic_state_publisher:
 """
 
 
-def run(tmp_path, topic='ft', mass=arm.BODY.mass, **options):
+def run(tmp_path, topic='ft', mass=arm.BODY.mass, messages=None, **options):
     """Write a bag, and make the compensated wrenches of it; return the exit code."""
     urdf, file = tmp_path / 'arm.urdf', tmp_path / 'parameters.yaml'
     urdf.write_text(arm.urdf())
     file.write_text(PARAMETERS.format(
         urdf=urdf, topic=topic, mass=mass, bias=arm.BIAS.tolist(), center=list(arm.BODY.center),
         inertia=list(arm.BODY.inertia)))
-    path = loaded_recording.write(tmp_path / 'run', seconds=2.0, **options)
+    path = rec.write_bag(
+        tmp_path / 'run', messages or loaded_recording.messages(seconds=2.0, **options))
     return bag.main([str(path), '--params-file', str(file), '--output', str(tmp_path / 'out')])
 
 
@@ -49,6 +50,16 @@ def test_wrenches_of_another_time_are_told(tmp_path, capsys):
     captured = capsys.readouterr()
     said = ' '.join((captured.out + captured.err).split())
     assert re.search('ft: no wrench was measured around 50. of the instants of the joints', said)
+
+
+def test_some_that_are_of_no_use_are_told_with_what_is_allowed(tmp_path, capsys):
+    messages = [*loaded_recording.messages(seconds=2.0)]
+    for k in [k for k, m in enumerate(messages) if m[0] == '/ft'][300:305]:
+        topic, kind, received, _ = messages[k]
+        messages[k] = topic, kind, received, loaded_recording.wrench(received, [0.0] * 6, 'hand')
+    assert run(tmp_path, messages=messages) == 0
+    assert "5 wrenches refused: frame_not_fixed_to_tip (frame_id is 'hand'; allowed: ft_frame" in (
+        ' '.join(capsys.readouterr().out.split()))
 
 
 @pytest.mark.parametrize('options, message', [
