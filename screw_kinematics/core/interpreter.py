@@ -18,6 +18,7 @@ that it reads, an input or a constant. :mod:`screw_kinematics.programs.layout` w
 from __future__ import annotations
 
 from array import array
+from numbers import Real
 
 try:
     import cython
@@ -55,6 +56,13 @@ _SINCOS = cython.declare(cython.ulonglong, 5)
 
 # Adding and subtracting 1.5 * 2^52 rounds to the nearest integer.
 _ROUND = cython.declare(cython.double, 6755399441055744.0)
+
+
+def check_number(value) -> None:
+    """Raise ValueError for a symbol, as of CasADi, which says of itself that it is NaN."""
+    if not isinstance(value, Real):
+        raise ValueError(f'{value!r} is no number; what runs on symbols is the text of '
+                         "Program.source('python')")
 
 
 def turned(x: cython.double) -> tuple[cython.double, cython.double]:
@@ -281,6 +289,8 @@ class Interpreter:
             raise ValueError(f'{self.n_inputs} numbers are needed, not {len(values)}')
         for i in range(self.n_inputs):
             self.v[i] = values[i]
+            if self.v[i] != self.v[i]:
+                check_number(values[i])
         _run_one(self.code, self.size, self.v)
         if cython.compiled:
             results: tuple = PyTuple_New(self.n_outputs)

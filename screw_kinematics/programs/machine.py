@@ -22,7 +22,7 @@ from .layout import interpreter
 from .python_text import python_function
 from .straight_line_program import StraightLineProgram
 from ..core import interpreted
-from ..core.interpreter import COMPILED, MAX_PARTS
+from ..core.interpreter import check_number, COMPILED, MAX_PARTS
 from ..screws.se3 import Array
 
 WORTH_A_THREAD = 1 << 13
@@ -95,11 +95,15 @@ class TextMachine:
 
     def evaluate(self, values: Sequence[float]) -> tuple[float, ...]:
         """Return the outputs of one sample, flat."""
+        floats = [*map(float, values)]
+        for value, x in zip(values, floats):
+            if x != x:
+                check_number(value)
         try:
-            return self._on_floats([*map(float, values)])
+            return self._on_floats(floats)
         except (ArithmeticError, ValueError):      # where arrays have NaN or infinity
             with np.errstate(all='ignore'):
-                return tuple(map(float, self._on_arrays(np.array(values, dtype=float))))
+                return tuple(map(float, self._on_arrays(np.array(floats))))
 
     def sample(self, parts: tuple[Any, ...]) -> dict[str, Array] | None:
         """Return the outputs of one sample by names; None if the parts do not fit."""

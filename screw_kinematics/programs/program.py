@@ -58,7 +58,7 @@ class Program:
     evaluate : callable
         From a sequence of ``inputs`` floats to a tuple of floats, all outputs one after
         the other; the shortest way for one sample. NaN goes through; infinite angles and
-        divisions by zero give NaN and infinity.
+        divisions by zero give NaN and infinity. Symbols raise ValueError: see ``source``.
 
     """
 

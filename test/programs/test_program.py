@@ -8,7 +8,7 @@ import pytest
 
 from screw_kinematics import Joint, SerialChain
 from screw_kinematics.errors import InvalidValueError, ShapeError, UnknownNameError
-from screw_kinematics.programs.machine import WORTH_A_THREAD
+from screw_kinematics.programs.machine import TextMachine, WORTH_A_THREAD
 from support.program_cases import assert_close, CHAINS, motion, OUTPUTS, reference
 
 
@@ -94,6 +94,20 @@ def test_nan_goes_through_a_single_sample():
     chain = CHAINS['panda']
     program = chain.compile()
     assert np.isnan(program.evaluate([float('nan')] * program.inputs)).any()
+    assert np.isnan(program.evaluate(np.full(program.inputs, np.nan, np.float32))).any()
+
+
+@pytest.mark.parametrize('kind', ['as it is', TextMachine])
+def test_a_symbol_that_reads_as_nan_is_refused_by_name(kind):
+    class Symbol(str):      # as those of CasADi
+
+        def __float__(self):
+            return float('nan')
+
+    program = CHAINS['panda'].compile(('twist',))
+    run = program if kind == 'as it is' else kind(program.line, program.dof, program.slices)
+    with pytest.raises(ValueError, match=r"'q_3' is no number; .* Program.source\('python'\)"):
+        run.evaluate([*[0.1] * 3, Symbol('q_3'), *[0.2] * (program.inputs - 4)])
 
 
 @pytest.mark.parametrize('arguments, error, match', [
