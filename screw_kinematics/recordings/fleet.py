@@ -37,6 +37,8 @@ _LOCAL = {
     'distributed.admin.system-monitor.interval': '10s',
     'distributed.admin.tick.interval': '1s',
     'distributed.worker.memory.monitor-interval': '1s',
+    # Ctrl-C reaches every process of a terminal, but the tool ends its workers.
+    'distributed.worker.preload': ['import signal; signal.signal(signal.SIGINT, signal.SIG_IGN)'],
     # A core each. Not what dask sets beside these: by it arrays are mapped and unmapped always.
     'distributed.nanny.pre-spawn-environ': {
         'OMP_NUM_THREADS': 1, 'MKL_NUM_THREADS': 1, 'OPENBLAS_NUM_THREADS': 1},

@@ -118,6 +118,8 @@ def test_the_demo_ends_if_its_node_does(namespace):
     (['--robot', 'no_such.yaml'], 'no_such.yaml'),
     (['--rate', '0'], "'rate' is 0.0; allowed: more than 0"),
     (['--delay', '-1'], "'delay' is -1.0; allowed: 0 to 1 s"),
+    (['--seconds', '-1'], "'seconds' is -1.0; allowed: more than 0"),
+    (['--duration', 'nan'], "'seconds' is nan; allowed: more than 0"),
     (['--namespace', '1 2'], "'namespace' is '1 2'; allowed: letters, digits"),
 ])
 def test_wrong_options_are_one_line(capsys, options, message):
@@ -128,6 +130,7 @@ def test_wrong_options_are_one_line(capsys, options, message):
 
 @pytest.mark.parametrize('options, message', [
     (['--topic', 'a b'], "'topic' is 'a b'; allowed: letters, digits"),
+    (['--start', str(10**20)], "'start' is 100000000000000000000; allowed: 0 to 2.14748e+18 ns"),
     (['--namespace', '1 2'], "'namespace' is '1 2'; allowed: letters, digits"),
 ])
 def test_wrong_names_of_the_source_are_one_line(capsys, options, message):

@@ -6,6 +6,7 @@ import os
 from pathlib import Path
 import re
 import shutil
+import signal
 import subprocess
 import sys
 import time
@@ -138,6 +139,26 @@ def test_only_what_is_missing_is_done_again(tmp_path, capsys):
     assert run(day, output, '--processes', '1', '--outputs', 'twist', '--force') == 0
     assert 'are done' not in capsys.readouterr().out
     assert not list(output.rglob('*.unfinished'))
+
+
+def test_ctrl_c_leaves_nothing_unfinished_and_the_next_run_goes_on(tmp_path, capsys):
+    """It reaches every process of the terminal; none of them has more to say than the tool."""
+    day, output = fleet(tmp_path / 'day', 12, 2000), tmp_path / 'states'
+    process_ = subprocess.Popen(
+        [sys.executable, '-m', 'screw_kinematics', 'bag', str(day), '--robot', PUMA, '--name',
+         'puma', '--output', str(output), '--processes', '2'], stderr=subprocess.PIPE, text=True,
+        start_new_session=True, preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL))
+    while process_.poll() is None and not [*output.glob('_done/*.json')]:
+        time.sleep(0.02)
+    os.killpg(process_.pid, signal.SIGINT)
+    error = process_.communicate(timeout=120)[1]
+    assert process_.returncode == 130
+    assert all(re.match(r'run\d+: puma: \d+ joint samples', line) for line in error.splitlines())
+    done = len([*output.glob('_done/*.json')])
+    assert 0 < done < 12 and not [*output.rglob('*unfinished*')]
+    assert run(day, output, '--processes', '1') == 0
+    assert f'{done} of 12 recordings are done and unchanged' in capsys.readouterr().out
+    assert rows(output).num_rows == sum(2000 + number for number in range(12))
 
 
 def test_broken_recordings_are_a_line_each(running_cluster, tmp_path, capsys):

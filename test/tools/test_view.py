@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from screw_kinematics import models
-from screw_kinematics.errors import MissingExtraError, ScrewKinematicsError
+from screw_kinematics.errors import MissingExtraError, ParameterError, ScrewKinematicsError
 from screw_kinematics.pipeline.parameter_file import robot_settings
 from screw_kinematics.screws import screw_of_twist
 from screw_kinematics.tools import robot_options
@@ -241,6 +241,14 @@ def test_a_recording_is_shown_as_it_was(recording):
         assert np.linalg.eigvalsh(snapshot.covariance).min() > -1e-12
 
 
+def test_of_a_folder_of_recordings_one_is_to_be_named(recording, tmp_path):
+    for name in 'ab':
+        shutil.copytree(recording, tmp_path / f'copy_{name}')
+    settings = [robot_settings('puma', {'description': robot_options.PUMA})]
+    with pytest.raises(ParameterError, match="folder of 2, such as .*copy_a"):
+        recorded_motions(str(tmp_path), settings, '')
+
+
 def test_rerun_files(recording, tmp_path):
     pytest.importorskip('rerun')
     output = tmp_path / 'new' / 'folder' / 'run.rrd'
@@ -254,6 +262,9 @@ def test_rerun_files(recording, tmp_path):
     ([], 'allowed: a recording or --live'),
     (['run', '--live'], 'allowed: a recording or --live'),
     (['--live', '--output', 'run.rrd'], "'output' is 'run.rrd'; allowed: with a recording"),
+    (['run', '--output', 'run.txt'], "'output' is 'run.txt'; allowed: a new file ending in .rrd"),
+    (['--live', '--seconds', 'nan'], "'seconds' is nan; allowed: more than 0"),
+    (['--live', '--namespace', '1 2'], "'namespace' is '1 2'; allowed: letters, digits"),
     (['nowhere', '--robot', robot_options.PUMA], 'nowhere: no recording there')])
 def test_errors_are_one_line(capsys, arguments, message):
     assert view.main(arguments) == 2

@@ -22,7 +22,7 @@ from .truth import rows
 from .. import console, stage
 from ..listener import Listener, stamp_of
 from ..processes import Children
-from ..view.main import add_page_options, show_stage
+from ..view.main import add_page_options, check_page_options, show_stage
 from ...errors import ToolError
 from ...node.stop_request import StopRequest
 
@@ -44,15 +44,17 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run the tool; see ``demo --help``."""
     options = console.parser('demo', __doc__ or '', EXAMPLES)
     stage.add_options(options)
-    options.add_argument('--once', action='store_true',
-                         help='print one state, measured and exact, and exit')
-    options.add_argument('--view', action='store_true', help='show it in the browser')
+    how = options.add_mutually_exclusive_group()
+    how.add_argument('--once', action='store_true',
+                     help='print one state, measured and exact, and exit')
+    how.add_argument('--view', action='store_true', help='show it in the browser')
     add_page_options(options, '--duration')
     return console.run(demonstrate, options, argv)
 
 
 def demonstrate(arguments: argparse.Namespace) -> int:
     """Start node and joint states, show states, end both."""
+    check_page_options(arguments)
     played = stage.Stage(arguments)
     if arguments.view:
         with StopRequest() as stop:

@@ -26,6 +26,9 @@ EXAMPLES = """\
   joint_state_source --ros-args -r __ns:=/cell -r joint_states:=measured
 """
 
+LATEST = 2**31 * 10**9
+"""Beyond it is no stamp of a message [ns]."""
+
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the tool; see ``joint_state_source --help``."""
@@ -76,6 +79,8 @@ def publish(arguments: argparse.Namespace, ros_arguments: Sequence[str] = ()) ->
     except ImportError:
         raise MissingExtraError('rclpy', 'ros', 'publishing joint states') from None
     rate = checked_rate(arguments.rate)
+    if arguments.start is not None and not 0 <= arguments.start < LATEST:
+        raise ParameterError('start', arguments.start, f'0 to {LATEST:g} ns since 1970')
     check_names(arguments.namespace, [arguments.topic])
     stop = StopRequest()
     stop.take_signals()

@@ -11,7 +11,7 @@ import numpy as np
 
 from .motion import moved, ShownMotion, Snapshot
 from .panel import SPAN
-from ..listener import Listener, require_ros, rotation_of, six_vector, stamp_of, xyz
+from ..listener import check_names, Listener, require_ros, rotation_of, six_vector, stamp_of, xyz
 from ...recordings.recording import full_name
 from ...screws.body_state import BodyState
 from ...screws.rotations import pose
@@ -69,6 +69,8 @@ def look_around(namespace: str, topics: Collection[str], seconds: float = 3.0,
 
     Listens as long as told, or until all descriptions have come.
     """
+    require_ros()
+    check_names(namespace, topics)
     with Listener({}, 'screw_kinematics_view') as listener:
         found = listener.descriptions(topics)
         for _ in range(round(seconds / 0.1)):

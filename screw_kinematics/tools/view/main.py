@@ -61,11 +61,21 @@ def add_page_options(options: argparse.ArgumentParser, *names: str) -> None:
                          help='end after this time (default: at Ctrl-C)')
 
 
+def check_page_options(arguments: argparse.Namespace) -> None:
+    """Raise ParameterError if the time after which to end is none."""
+    if not arguments.seconds > 0:
+        raise ParameterError('seconds', arguments.seconds, 'more than 0')
+
+
 def _view(arguments: argparse.Namespace) -> int:
     if bool(arguments.recording) == arguments.live:
         raise ParameterError('recording', arguments.recording, 'a recording or --live')
     if arguments.output is not None and not arguments.recording:
         raise ParameterError('output', str(arguments.output), 'with a recording')
+    if arguments.output is not None and (
+            arguments.output.suffix.lower() != '.rrd' or arguments.output.exists()):
+        raise ParameterError('output', str(arguments.output), 'a new file ending in .rrd')
+    check_page_options(arguments)
     settings = settings_options.settings_of(arguments)
     if arguments.output is None:
         require_viser()

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from .motion import moved, ShownMotion, Snapshot, tip_covariance
-from ...errors import ToolError
+from ...errors import ParameterError, ToolError
 from ...pipeline.settings import RobotSettings
 from ...recordings.joint_table import JointTable, TableFormat
 from ...recordings.recording import Recording
@@ -26,7 +26,10 @@ MOST = 12_000
 def recorded_motions(path: str, robots: Sequence[RobotSettings], namespace: str,
                      ) -> list[ShownMotion]:
     """Return what is shown of the robots of a recording: a bag, a table, or the URL of one."""
-    source = find_sources([path])[0]
+    source, *others = find_sources([path])
+    if others:
+        raise ParameterError('recording', path, f'one recording, and not a folder of '
+                             f'{1 + len(others)}, such as {source.place}')
     motions = []
     for settings in robots:
         with opened(source.place, TableFormat()) as recording:

@@ -11,15 +11,13 @@ import numpy as np
 
 from .motion import ShownMotion
 from .scene import QUANTITIES, round_scale, TRAIL_COLOUR, vectors
-from ...errors import optional_module, ToolError
+from ...errors import optional_module
 from ...screws.rotations import quaternion_from_rotation
 
 
 def write_rerun(path: Path, motions: Sequence[ShownMotion]) -> None:
     """Write links, tip, trail, arrows and time series of robots into a new .rrd file."""
     rr = optional_module('rerun', 'rerun', 'writing Rerun files', 'rerun-sdk')
-    if path.suffix != '.rrd' or path.exists():
-        raise ToolError(f'{path}: allowed: a new file ending in .rrd')
     path.parent.mkdir(parents=True, exist_ok=True)
     with rr.RecordingStream('screw_kinematics') as stream:
         stream.save(path)
