@@ -31,6 +31,7 @@ _LATEST = 4 * 10**18         # and these are of the next century
 _TURNS = 4 * math.pi         # a limited joint turns no further to either side
 _REACH = 20.0                # nor is a slide longer [m]
 _SHOWN = 20                  # names in a message
+_DISORDER = 0.1              # share of the rows that are out of order: nobody sorted them
 
 
 @dataclass(frozen=True)
@@ -42,7 +43,7 @@ class TableFormat:
     """
 
     columns: Mapping[str, str] = field(default_factory=dict)
-    angle: str = ''     # rad or deg; empty: as the columns' names say, else rad
+    angle: str = ''     # of positions: rad or deg; empty: as the columns' names say, else rad
     length: str = ''    # m or mm; likewise
     time: str = ''      # unit of the stamps: s, ms, us or ns; empty: recognised
     epoch: int = 0      # what is added to the stamps [ns]
@@ -82,11 +83,11 @@ class JointTable:
         """
         columns: _Columns | None = None
         names = tuple(joints)
-        scale, faster, unit, row = np.zeros(0), np.zeros(0), 0, 0
+        scale, faster, unit, row, back = np.zeros(0), np.zeros(0), 0, 0, 0
         for batch in self._batches():
             if columns is None:
                 columns = self._match(batch, names)
-                scale = self._scale(columns.position, joints, np.ones(len(names)))
+                scale = self._scale(columns.position, joints)
                 faster = self._scale(columns.velocity, joints, scale)
             if not batch.num_rows:
                 continue
@@ -106,20 +107,43 @@ class JointTable:
             for stamp, q, qd in zip(times, position.tolist(), velocity):
                 yield '', stamp, JointSample(stamp, names, tuple(q), tuple(qd))
             row += len(times)
+            back += sum(after < before for before, after in zip(times, times[1:]))
         if columns is None:
             raise ToolError(f'{self.path}: no rows')
+        if back > _DISORDER * row:
+            self.damage.append(f'{self.path}: stamps go back in {back} of {row} rows: sort them '
+                               f'by {columns.stamp[0]!r}')
 
     def _batches(self) -> Iterator[Any]:
         """Yield Arrow tables of some thousand rows."""
         pyarrow = optional_module('pyarrow', 'bag', 'reading tables')
+        lengths: dict[str, int] = {}
         try:
             for batch in self._read():
                 batch.schema.names      # decodes them
-                yield batch
+                yield self._without_lists(batch, lengths)
         except UnicodeDecodeError:
             raise ToolError(f'{self.path}: the names of its columns are not in UTF-8') from None
         except (pyarrow.ArrowException, OSError) as error:
             raise ToolError(f'{self.path}: {str(error).splitlines()[0]}') from None
+
+    def _without_lists(self, batch: Any, lengths: dict[str, int]) -> Any:
+        """Return a batch in which each place of lists, such as of a message, is a column."""
+        from pyarrow import compute, RecordBatch, types
+        columns: list[tuple[str, Any]] = []
+        for name, column in zip(batch.schema.names, batch.columns):
+            if not (types.is_list(column.type) or types.is_large_list(column.type)
+                    or types.is_fixed_size_list(column.type)):
+                columns.append((name, column))
+                continue
+            found = compute.unique(compute.list_value_length(column)).to_pylist()
+            length = lengths.setdefault(name, found[0] if found else 0)
+            if found not in ([], [length]) or length is None:
+                raise ToolError(f'{self.path}: column {name!r} has lists of different lengths '
+                                f'({", ".join(map(str, found))}); allowed: of one')
+            columns += [(f'{name}[{i}]', compute.list_element(column, i)) for i in range(length)]
+        return RecordBatch.from_arrays([column for _, column in columns],
+                                       [name for name, _ in columns])
 
     def _read(self) -> Iterator[Any]:
         """Yield what Arrow reads; stamps in text keep all their digits."""
@@ -199,15 +223,25 @@ class JointTable:
                                 'times; rename all but one')
         return columns
 
-    def _scale(self, columns: Sequence[str], joints: Mapping[str, str], usual: Array) -> Array:
-        """Return the factors to rad and m: as stated, as a column's name says, or as usual."""
-        factors = usual.copy()
+    def _scale(self, columns: Sequence[str], joints: Mapping[str, str],
+               of_position: Array | None = None) -> Array:
+        """
+        Return the factors to rad and m: as a column's name says, as stated, or as they are.
+
+        Velocities, whose units are stated by their names alone, are else in those of the position.
+        """
+        factors = np.ones(len(joints)) if of_position is None else of_position.copy()
         for i, (column, (joint, kind)) in enumerate(zip(columns, joints.items())):
             stated, units = (self.stated.length, LENGTHS) if kind == 'prismatic' else (
                 self.stated.angle, UNITS)
-            unit = stated or named_unit(column, joint, units)
-            if unit:
-                factors[i] = units[unit]
+            named = named_unit(column, joint, units)
+            if of_position is None:
+                if stated and named and stated != named:
+                    raise ParameterError('units', stated, f'{named}, as column {column!r} of '
+                                         f'{self.path} says; or rename it')
+                named = stated or named
+            if named:
+                factors[i] = units[named]
         return factors
 
     def _stamps(self, batch: Any, columns: Sequence[str]) -> tuple[list[Decimal], bool]:

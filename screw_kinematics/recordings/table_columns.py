@@ -102,15 +102,15 @@ def by_number(there: Sequence[str], joints: Sequence[str]) -> dict[str, str]:
 
 
 def echoed(batch: Any) -> dict[str, str]:
-    """Return columns by joint where a row tells the names, as ``rostopic echo -p`` writes it."""
+    """Return columns by joint where rows tell the names, as in messages or by ``rostopic echo``."""
     found: dict[str, str] = {}
-    for column in batch.schema.names:
-        number = re.fullmatch(r'field\.name(\d+)', column)
-        if number:
+    for column in batch.schema.names if batch.num_rows else ():
+        names = re.fullmatch(r'(.*?)name(\d+|\[\d+\])', column)
+        if names:
             joint = str(batch.column(column)[0].as_py())
             for ending, part in (('', 'position'), (VELOCITY, 'velocity')):
-                if f'field.{part}{number[1]}' in batch.schema.names:
-                    found[joint + ending] = f'field.{part}{number[1]}'
+                if f'{names[1]}{part}{names[2]}' in batch.schema.names:
+                    found[joint + ending] = f'{names[1]}{part}{names[2]}'
     return found
 
 

@@ -206,6 +206,35 @@ def test_rostopic_echo(tmp_path):
     agree(write(tmp_path / 'x.csv', names, columns))
 
 
+@pytest.mark.parametrize('prefix', ['', 'joint_states.'])
+def test_lists_as_messages_have_them(prefix, tmp_path):
+    """By the names in them, in whatever order, or by their places; of one length each."""
+    stamps, q, qd = motion(50)
+    order = [2, 0, 1]
+
+    def table(**columns):
+        parquet.write_table(pyarrow.table({'stamp': stamps, **{
+            f'{prefix}{name}': column for name, column in columns.items()}}), tmp_path / 'x.parquet')
+        return tmp_path / 'x.parquet'
+
+    turned = {'position': q[:, order].tolist(), 'velocity': qd[:, order].tolist()}
+    agree(table(name=[[BY_NAME[i] for i in order]] * 50, effort=[[]] * 50, **turned))
+    fixed = pyarrow.FixedSizeListArray.from_arrays(pyarrow.array(q.ravel()), 3)
+    agree(table(position=fixed, velocity=qd.tolist()))
+    with pytest.raises(ToolError, match=r"position' has lists of different lengths \(3, 2\)"):
+        samples(table(position=[[0.0] * 3] * 49 + [[0.0] * 2]))
+
+
+def test_rows_that_nobody_sorted_are_told(tmp_path):
+    stamps, q, _ = motion(50)
+    rows = np.random.default_rng(0).permutation(50)
+    for order, told in ((rows, True), ([*range(25, 50), *range(25)], False)):   # two recordings
+        table = JointTable(write(tmp_path / 'x.csv', ['stamp_ns', *BY_NAME], [
+            np.array(stamps)[order].tolist(), *q[order].T.tolist()]))
+        assert len([*table.samples(JOINTS)]) == 50
+        assert ['of 50 rows: sort them by' in line for line in table.damage] == [True] * told
+
+
 def test_columns_that_are_stated(tmp_path):
     stamps, q, qd = motion(50)
     path = write(tmp_path / 'x.csv', ['when', 'a', 'b', 'c', 'db'],
@@ -239,6 +268,13 @@ def test_each_column_may_name_its_unit(tmp_path):
         't', *positions, 'shoulder_1_vel_rad_s', 'shoulder_10_vel', 'slide_vel [m/s]'],
         [*columns, *(qd * [1, 180 / np.pi, 1]).T.tolist()])
     agree(path)
+    # So may velocities where the unit of the positions is stated, but not those another one.
+    path = write(tmp_path / 'v.csv', ['t', *BY_NAME, *[f'{name}_vel_rad_s' for name in BY_NAME[:2]],
+                                      'slide_vel [m/s]'], [*columns, *qd.T.tolist()])
+    agree(path, TableFormat(angle='deg', length='mm'))
+    with pytest.raises(ParameterError, match="'units' is 'rad'; allowed: deg, as column "
+                                             "'shoulder_1_deg' of .* says"):
+        samples(tmp_path / 'y.csv', TableFormat(angle='rad'))
     _, q, _ = motion(50)
     joints = {'deg_1': 'revolute', 'mm': 'prismatic'}
     path = write(tmp_path / 'z.csv', ['t', *joints], [stamps, *q[:, :2].T.tolist()])
