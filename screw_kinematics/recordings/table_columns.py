@@ -102,7 +102,7 @@ def by_number(there: Sequence[str], joints: Sequence[str]) -> dict[str, str]:
 
 
 def echoed(batch: Any) -> dict[str, str]:
-    """Return columns by joint where rows tell the names, as in messages or by ``rostopic echo``."""
+    """Return columns by joint where a row has the names: messages, or ``rostopic echo -p``."""
     found: dict[str, str] = {}
     for column in batch.schema.names if batch.num_rows else ():
         names = re.fullmatch(r'(.*?)name(\d+|\[\d+\])', column)

@@ -213,9 +213,8 @@ def test_lists_as_messages_have_them(prefix, tmp_path):
     order = [2, 0, 1]
 
     def table(**columns):
-        parquet.write_table(pyarrow.table({'stamp': stamps, **{
-            f'{prefix}{name}': column for name, column in columns.items()}}), tmp_path / 'x.parquet')
-        return tmp_path / 'x.parquet'
+        names = ['stamp', *(f'{prefix}{name}' for name in columns)]
+        return write(tmp_path / 'x.parquet', names, [stamps, *columns.values()])
 
     turned = {'position': q[:, order].tolist(), 'velocity': qd[:, order].tolist()}
     agree(table(name=[[BY_NAME[i] for i in order]] * 50, effort=[[]] * 50, **turned))
@@ -269,8 +268,8 @@ def test_each_column_may_name_its_unit(tmp_path):
         [*columns, *(qd * [1, 180 / np.pi, 1]).T.tolist()])
     agree(path)
     # So may velocities where the unit of the positions is stated, but not those another one.
-    path = write(tmp_path / 'v.csv', ['t', *BY_NAME, *[f'{name}_vel_rad_s' for name in BY_NAME[:2]],
-                                      'slide_vel [m/s]'], [*columns, *qd.T.tolist()])
+    names = ['t', *BY_NAME, 'shoulder_1_vel_rad_s', 'shoulder_10_vel_rad_s', 'slide_vel [m/s]']
+    path = write(tmp_path / 'v.csv', names, [*columns, *qd.T.tolist()])
     agree(path, TableFormat(angle='deg', length='mm'))
     with pytest.raises(ParameterError, match="'units' is 'rad'; allowed: deg, as column "
                                              "'shoulder_1_deg' of .* says"):
