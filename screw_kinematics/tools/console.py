@@ -31,6 +31,19 @@ COMPLETING = '_ARGCOMPLETE'
 """Environment variable of a run in which the shell asks for words to complete."""
 
 
+class _Version(argparse.Action):
+    """Tells the version when asked: to see how the core runs takes longer than to parse."""
+
+    def __init__(self, option_strings: Sequence[str], dest: str) -> None:
+        super().__init__(option_strings, argparse.SUPPRESS, 0, default=argparse.SUPPRESS,
+                         help="show program's version number and exit")
+
+    def __call__(self, parser: argparse.ArgumentParser, *_: Any) -> NoReturn:
+        """Print it and end."""
+        print(f'{parser.prog} {__version__}; {core.build()}')
+        parser.exit()
+
+
 class Parser(argparse.ArgumentParser):
     """A parser with a version, help that ends with examples, and errors that show one."""
 
@@ -43,8 +56,7 @@ class Parser(argparse.ArgumentParser):
                          epilog=f'examples:\n{own}' if own else '',
                          formatter_class=argparse.RawDescriptionHelpFormatter, **others)
         self._examples = examples
-        self.add_argument('--version', action='version',
-                          version=f'{prog} {__version__}; {core.build()}')
+        self.add_argument('--version', action=_Version)
 
     def add_subparsers(self, **options: Any) -> Any:
         """Let the parsers of what the tool does show examples, too."""

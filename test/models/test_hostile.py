@@ -20,8 +20,10 @@ ROBOTS = Path(__file__).parents[2] / 'config' / 'robots'
 
 fuzz = settings(max_examples=200, deadline=None, derandomize=True)
 
+# All that can be encoded; to find out by encoding each, as by default, takes six seconds.
+characters = st.characters(exclude_categories=['Cs'])
 hostile = st.one_of(
-    st.floats().map(str), st.text(max_size=5), st.sampled_from([
+    st.floats().map(str), st.text(characters, max_size=5), st.sampled_from([
         '1e308', '-1e308', '5e-324', '1e999', '0x10', '1_0', '', 'pi', '${pi}', '٣', 'l0', 'j0']))
 numbers = st.floats(-9, 9).map(str)
 kinds = st.sampled_from(['revolute', 'continuous', 'prismatic'])
@@ -97,7 +99,7 @@ URDF = b"""<?xml version="1.0"?>
 @fuzz
 @given(damaged([URDF, URDF.replace(b'?>', b' encoding="latin-1"?>', 1),
                 URDF.decode().encode('utf-16'), URDF.replace(b'?>', b' encoding="gbk"?>', 1)])
-       | st.binary(max_size=50) | st.text(max_size=50))
+       | st.binary(max_size=50) | st.text(characters, max_size=50))
 def test_urdf_bytes(data):
     check(lambda: models.load_urdf(data))
 
@@ -155,7 +157,7 @@ FILES = [path.read_bytes() for path in sorted(ROBOTS.glob('*.yaml'))]
 
 @fuzz
 @given(damaged([file for file in FILES if b'limbs:' not in file])
-       | st.binary(max_size=50) | st.text(max_size=50))
+       | st.binary(max_size=50) | st.text(characters, max_size=50))
 @example(b'!!timestamp x')
 @example(b'? [a]\n: 1')
 @example(b'a: 1:1:1:1')

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Clocks that are apart are found to be so, with an interval that holds what it promises."""
 from dataclasses import replace
+from functools import cache
 import re
 
 import numpy as np
@@ -165,6 +166,12 @@ def recorded(path, offset, seed=0, lost=lambda ns: False, spoilt=slice(0)):
     return rec.write_bag(path, sorted(kept, key=lambda m: m[2]))
 
 
+@pytest.fixture(scope='module')
+def sound(tmp_path_factory):
+    """Return what writes such a bag, whole, for each offset once."""
+    return cache(lambda offset: recorded(tmp_path_factory.mktemp('sound') / 'run', offset))
+
+
 def test_where_samples_are_lost_nothing_is_made_up(tmp_path, capsys):
     """A listener that stands still for 120 ms three times a second, as on a busy machine."""
     path = recorded(tmp_path / 'run', 0.03, lost=lambda ns: ns // 1e6 % 300 > 180)
@@ -178,8 +185,8 @@ def test_where_samples_are_lost_nothing_is_made_up(tmp_path, capsys):
 
 
 @pytest.mark.parametrize('offset', [0.0, 0.03])
-def test_check_imu(offset, tmp_path, capsys):
-    path = recorded(tmp_path / 'run', offset)
+def test_check_imu(offset, sound, capsys):
+    path = sound(offset)
     assert check.main(['imu', str(path), '--robot', PUMA, '--topic', '/imu/data']) == 0
     out = capsys.readouterr().out
     shown = float(re.search(r'\(offset ([+-][\d.]+) ms', out)[1]) * 1e-3
@@ -207,9 +214,9 @@ def test_messages_that_are_not_finite_are_left_out(tmp_path, capsys):
     assert '/imu/data: none of its 1600 messages is of finite numbers' in capsys.readouterr().err
 
 
-def test_what_was_correlated_is_drawn(tmp_path, capsys):
+def test_what_was_correlated_is_drawn(sound, tmp_path, capsys):
     pytest.importorskip('matplotlib')
-    path, picture = recorded(tmp_path / 'run', 0.03), tmp_path / 'clocks.svg'
+    path, picture = sound(0.03), tmp_path / 'clocks.svg'
     assert check.main(['delay', str(path), '--robot', PUMA, '--against', 'imu/data', '--plot',
                        str(picture)]) == 0
     assert 'set robot.stamp_offset: -0.0' in capsys.readouterr().out
@@ -221,8 +228,8 @@ def test_what_was_correlated_is_drawn(tmp_path, capsys):
     (['--against', '/nothing'], '/nothing has messages of type none; allowed: sensor_msgs'),
     (['--against', '/joint_states'], 'has messages of type sensor_msgs/msg/JointState; allowed'),
     (['--against', '/imu/data', '--tip', 'hand'], "hand")])
-def test_check_delay_says_what_is_wrong(arguments, message, tmp_path, capsys):
-    path = recorded(tmp_path / 'run', 0.0)
+def test_check_delay_says_what_is_wrong(arguments, message, sound, capsys):
+    path = sound(0.0)
     assert check.main(['delay', str(path), '--robot', PUMA, *arguments]) == 2
     error = capsys.readouterr().err
     assert message in error and error.count('\n') == 1

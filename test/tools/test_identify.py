@@ -1,6 +1,8 @@
 # Copyright screw_kinematics contributors
 # SPDX-License-Identifier: Apache-2.0
 """A payload is found from motion and wrenches, as well as is said, and the node takes it."""
+from functools import cache
+
 import numpy as np
 import pytest
 
@@ -19,6 +21,13 @@ def robot(tmp_path):
     file = tmp_path / 'arm.urdf'
     file.write_text(arm.urdf())
     return str(file)
+
+
+@pytest.fixture(scope='module')
+def written(tmp_path_factory):
+    """Return what writes a recording, each once."""
+    return cache(lambda **options: loaded_recording.write(
+        tmp_path_factory.mktemp('written') / 'run', **options))
 
 
 def run(path, robot, capsys, *more, code=0):
@@ -45,8 +54,8 @@ def settings(text, robot, tmp_path, **more):
 
 @pytest.mark.parametrize('options', [
     {}, {'sign': -1.0}, {'speed': 1.0}, {'contact': lambda t: (t > 3) & (t < 3.6)}])
-def test_payload_is_found_and_compensated(options, robot, tmp_path, capsys):
-    path = loaded_recording.write(tmp_path / 'run', **options)
+def test_payload_is_found_and_compensated(options, robot, written, tmp_path, capsys):
+    path = written(**options)
     text = run(path, robot, capsys)
     file, found = settings(text, robot, tmp_path)
     assert found.wrench_by == ('load' if options.get('sign', 1) > 0 else 'sensor')
@@ -57,8 +66,7 @@ def test_payload_is_found_and_compensated(options, robot, tmp_path, capsys):
     np.testing.assert_allclose(found.wrench_bias, arm.BIAS, atol=0.05)
     assert ('left out, as if there was contact' in text) == ('contact' in options)
     # With these parameters another motion has a tenth left of what weight alone leaves.
-    other = loaded_recording.write(tmp_path / 'other', begin=20.0, seed=1,
-                                   sign=options.get('sign', 1.0))
+    other = written(begin=20.0, seed=1, sign=options.get('sign', 1.0))
     assert bag.main([str(other), '--params-file', str(file), '--output',
                      str(tmp_path / 'out')]) == 0, capsys.readouterr()
     messages = rec.read_bag(tmp_path / 'out')['/arm/compensated_wrench']
@@ -70,9 +78,9 @@ def test_payload_is_found_and_compensated(options, robot, tmp_path, capsys):
     assert (rec.stamp_of(messages[50][1]) - rec.START) % 2_000_000 == 0
 
 
-def test_it_is_drawn(robot, tmp_path, capsys):
+def test_it_is_drawn(robot, written, tmp_path, capsys):
     pytest.importorskip('matplotlib')
-    path = loaded_recording.write(tmp_path / 'run')
+    path = written()
     run(path, robot, capsys, '--plot', str(tmp_path / 'payload.png'))
     assert (tmp_path / 'payload.png').read_bytes().startswith(b'\x89PNG')
     assert 'payload.txt' in run(path, robot, capsys, '--plot', 'payload.txt', code=2)
@@ -102,8 +110,8 @@ def test_standard_deviations_are_right(robot, tmp_path, capsys):
     assert np.abs(scores).max() < 4.5
 
 
-def test_clocks_that_are_apart_are_told_and_made_up_for(robot, tmp_path, capsys):
-    path = loaded_recording.write(tmp_path / 'run', offset=0.012)
+def test_clocks_that_are_apart_are_told_and_made_up_for(robot, written, tmp_path, capsys):
+    path = written(offset=0.012)
     text = run(path, robot, capsys)
     assert 'remark: /ft: stamps are 12.0' in text and 'early' in text
     _, found = settings(text, robot, tmp_path)
@@ -112,8 +120,8 @@ def test_clocks_that_are_apart_are_told_and_made_up_for(robot, tmp_path, capsys)
     np.testing.assert_allclose(found.payload.center, arm.BODY.center, atol=0.002)
 
 
-def test_what_motion_would_tell_more_is_said(robot, tmp_path, capsys):
-    text = run(loaded_recording.write(tmp_path / 'run', speed=0.1, seconds=4), robot, capsys)
+def test_what_motion_would_tell_more_is_said(robot, written, tmp_path, capsys):
+    text = run(written(speed=0.1, seconds=4), robot, capsys)
     assert 'moment of inertia about x is known to' in text
     assert 'turn to and fro about the x axis of the sensor, faster' in text
     assert 'tells nothing of the inertia' in text and 'stamps are' not in text
@@ -121,7 +129,7 @@ def test_what_motion_would_tell_more_is_said(robot, tmp_path, capsys):
     assert found.payload.inertia == (0.0,) * 6
     assert found.payload.mass == pytest.approx(arm.BODY.mass, rel=0.05)
     # Between the two the inertia found may be none; what is printed is that of a body.
-    text = run(loaded_recording.write(tmp_path / 'faster', speed=0.5), robot, capsys)
+    text = run(written(speed=0.5), robot, capsys)
     _, found = settings(text, robot, tmp_path)
     assert is_inertia(found.payload.inertia) and any(found.payload.inertia)
 
@@ -135,8 +143,8 @@ def test_what_motion_would_tell_more_is_said(robot, tmp_path, capsys):
     ({'still': True}, [], 'nothing moves while wrenches are measured'),
     ({}, ['--wrench', '/nothing'], r'no wrenches on /nothing; topics of type .*: /ft'),
     ({}, ['--gravity', '0', '0', 'nan'], "parameter 'gravity' is .*three finite numbers")])
-def test_wrong_input_is_one_line(options, more, message, robot, tmp_path, capsys):
-    path = loaded_recording.write(tmp_path / 'run', **options)
+def test_wrong_input_is_one_line(options, more, message, robot, written, tmp_path, capsys):
+    path = written(**options)
     error = run(path, robot, capsys, *more, code=2)
     assert error.count('\n') == 1
     with pytest.raises(AssertionError, match=message):
