@@ -49,7 +49,11 @@ READERS: dict[str, Callable[[Any], list[float]]] = {
 
 
 def read_stream(recording: Recording, topic: str) -> Stream:
-    """Return what was recorded on a topic, but for messages whose values are not all finite."""
+    """
+    Return what was recorded on a topic, but for messages that are broken or not of finite numbers.
+
+    Those with stamp zero are taken to be of the moment they arrived.
+    """
     kinds = {c.kind for c in recording.connections if c.topic == topic}
     known = kinds & READERS.keys()
     if not known:
@@ -60,17 +64,20 @@ def read_stream(recording: Recording, topic: str) -> Stream:
     deserialize = jazzy_types('reading messages').deserialize_cdr
     stamps, values, refused = [], [], 0
     for message in recording.messages({kind}, {topic}):
-        content = deserialize(message.data, kind)
-        row = READERS[kind](content)
+        try:
+            content = deserialize(message.data, kind)
+        except Exception:       # of broken bytes the library raises whatever they lead to
+            refused += 1
+            continue
+        row, stamp = READERS[kind](content), content.header.stamp
         if not np.isfinite(row).all():
             refused += 1
             continue
-        stamp = content.header.stamp
-        stamps.append(stamp.sec * 10**9 + stamp.nanosec)
+        stamps.append(stamp.sec * 10**9 + stamp.nanosec or message.received)
         values.append(row)
     if refused and not values:
-        raise ToolError(f'{recording.path}: {topic}: none of its {refused} messages is of finite '
-                        'numbers')
+        raise ToolError(f'{recording.path}: {topic}: none of its {refused} messages can be read, '
+                        'or is of finite numbers')
     in_order, first = np.unique(np.array(stamps, dtype=np.int64), return_index=True)
     return Stream(kind, in_order, np.array(values)[first])
 

@@ -5,14 +5,14 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Sequence
+from functools import reduce
 from pathlib import Path
 from struct import unpack_from
 
 import numpy as np
-import yaml
 
 from .history import History
-from .recording import Recording
+from .recording import BROKEN, METADATA, read_metadata, Recording
 from ..errors import ToolError, UnknownNameError
 from ..messages.state_messages import read_states
 from ..pipeline.outputs import KINDS, RECORDED
@@ -22,10 +22,11 @@ from ..screws.se3 import Array
 def read_bag_histories(path: Path, quantities: Sequence[str]) -> list[History]:
     """Return the states in a bag, a history for each robot that has all of the quantities."""
     robots: dict[str, dict[str, list[bytes]]] = defaultdict(lambda: defaultdict(list))
-    for message in Recording(path).messages({KINDS[output].type_name for output in RECORDED}):
-        robot, _, output = message.topic.lstrip('/').rpartition('/')
-        if output in RECORDED:
-            robots[robot][output].append(message.data)
+    with Recording(path) as recording:
+        for message in recording.messages({KINDS[output].type_name for output in RECORDED}):
+            robot, _, output = message.topic.lstrip('/').rpartition('/')
+            if output in RECORDED:
+                robots[robot][output].append(message.data)
     if not robots:
         raise ToolError(f'{path}: no states of the node in it; allowed: a bag with its topics, '
                         'or one written by the tool bag')
@@ -43,11 +44,10 @@ def read_bag_histories(path: Path, quantities: Sequence[str]) -> list[History]:
 def _history(robot: str, messages: dict[str, list[bytes]], tip_frame: str) -> History:
     stamps, blocks = {}, {}
     for quantity, data in messages.items():
-        stamps[quantity], blocks[quantity] = read_states(
-            KINDS[quantity].type_name, RECORDED[quantity], data)
-    common: Array = next(iter(stamps.values()))
-    for other in stamps.values():
-        common = np.intersect1d(common, other)
+        at, block = read_states(KINDS[quantity].type_name, RECORDED[quantity], data)
+        order = np.argsort(at, kind='stable')       # the clock may have been set back
+        stamps[quantity], blocks[quantity] = at[order], block[order]
+    common: Array = reduce(np.intersect1d, stamps.values())
     if not len(common):
         raise ToolError(f'{robot}: no instant has all of {", ".join(messages)}')
     rows = {quantity: block[np.searchsorted(stamps[quantity], common)]
@@ -64,11 +64,10 @@ def _frame_id(message: bytes) -> str:
 
 def _tip_frames(path: Path) -> dict[str, str]:
     """Return the tip frames that the tool bag wrote down, by robot."""
-    file = path / 'metadata.yaml'
-    if not file.is_file():
-        return {}
-    information = yaml.safe_load(file.read_text()).get('rosbag2_bagfile_information', {})
-    custom = information.get('custom_data') or {}
     ending = '.tip_frame'
-    return {key.removesuffix(ending): value for key, value in custom.items()
-            if key.endswith(ending)}
+    try:
+        custom = read_metadata(path / METADATA)['custom_data']
+        return {str(key).removesuffix(ending): str(value) for key, value in dict(custom).items()
+                if str(key).endswith(ending)}
+    except (OSError, *BROKEN):
+        return {}

@@ -150,15 +150,14 @@ class Recording:
                 self._damage.append(f'{self.path}: {METADATA} is missing')
             return [], {}
         try:
-            bag: Any = yaml.load(file.read_bytes(), getattr(yaml, 'CSafeLoader', yaml.SafeLoader)
-                                 )['rosbag2_bagfile_information']
+            bag = read_metadata(file)
             # Early versions put the folder's name before each file's.
             names = [Path(name).name for name in bag['relative_file_paths']]
             promised: Counter[tuple[str, str]] = Counter()
             for topic in bag['topics_with_message_count']:
                 about = topic['topic_metadata']
                 promised[about['name'], about['type']] += int(topic['message_count'])
-        except (yaml.YAMLError, ValueError, LookupError, TypeError) as error:
+        except BROKEN as error:
             problem = ' '.join(str(error).split()) or type(error).__name__
             self._damage.append(f'{file}: unreadable: {problem}')
             return [], {}
@@ -182,6 +181,16 @@ class Recording:
 
 ALLOWED = ('a directory with files ending in .mcap or .db3, one such file, a .bag of ROS 1, '
            'or a table ending in .csv or .parquet')
+
+
+BROKEN = (yaml.YAMLError, ValueError, LookupError, TypeError)
+"""What looking into metadata raises that are not what they should be."""
+
+
+def read_metadata(file: Path) -> Any:
+    """Return what a bag's ``metadata.yaml`` says of it; raise one of BROKEN, or OSError."""
+    return yaml.load(file.read_bytes(), getattr(yaml, 'CSafeLoader', yaml.SafeLoader)
+                     )['rosbag2_bagfile_information']
 
 
 def description_in(recording: Recording, topic: str) -> str | None:

@@ -11,7 +11,8 @@ import pytest
 from screw_kinematics.errors import ToolError
 from screw_kinematics.recordings.clock_offset import Channels, find_offset
 from screw_kinematics.recordings.link_motion import LinkMotion
-from screw_kinematics.recordings.motion_streams import channels, Stream
+from screw_kinematics.recordings.motion_streams import channels, read_stream, Stream
+from screw_kinematics.recordings.recording import Recording
 from screw_kinematics.screws.rotations import rotation_rpy, rotation_vector
 from screw_kinematics.tools.check import main as check
 from screw_kinematics.tools.check.offset_picture import draw_offset
@@ -211,7 +212,27 @@ def test_messages_that_are_not_finite_are_left_out(tmp_path, capsys):
     assert float(shown) == pytest.approx(30, abs=0.5)
     path = recorded(tmp_path / 'all', 0.03, spoilt=slice(None))
     assert check.main(['imu', str(path), *arguments]) == 2
-    assert '/imu/data: none of its 1600 messages is of finite numbers' in capsys.readouterr().err
+    assert '/imu/data: none of its 1600 messages can be read, or is of finite numbers' in (
+        capsys.readouterr().err)
+
+
+def test_messages_that_are_broken_or_without_stamp_tell_as_much_as_they_can(tmp_path):
+    path = recorded(tmp_path / 'run', 0.03)
+    with Recording(path) as recording:
+        messages = [(m.topic, m.kind, m.received, m.data) for m in recording.messages(
+            {rec.JOINT_STATE, 'sensor_msgs/msg/Imu'})]
+    imu = [k for k, message in enumerate(messages) if message[0] == '/imu/data']
+    for k, data in ((imu[5], lambda data: data[:20]),
+                    (imu[9], lambda data: data[:4] + bytes(8) + data[12:])):
+        messages[k] = (*messages[k][:3], data(messages[k][3]))
+    with Recording(path) as whole, Recording(
+            rec.write_bag(tmp_path / 'spoilt', messages)) as spoilt:
+        _, stamps, values = read_stream(whole, '/imu/data')
+        _, found, left = read_stream(spoilt, '/imu/data')
+    stamps[9] = messages[imu[9]][2]
+    order = np.argsort(np.delete(stamps, 5))
+    np.testing.assert_array_equal(found, np.delete(stamps, 5)[order])
+    np.testing.assert_array_equal(left, np.delete(values, 5, axis=0)[order])
 
 
 def test_what_was_correlated_is_drawn(sound, tmp_path, capsys):

@@ -14,6 +14,8 @@ from matplotlib import pyplot    # noqa: E402
 
 from screw_kinematics import Joint, models, SerialChain    # noqa: E402
 from screw_kinematics.recordings.history import QUANTITIES    # noqa: E402
+from screw_kinematics.recordings.recorded_states import read_bag_histories    # noqa: E402
+from screw_kinematics.recordings.recording import Recording    # noqa: E402
 from screw_kinematics.tools import robot_options    # noqa: E402
 from screw_kinematics.tools.bag import main as bag_tool    # noqa: E402
 from screw_kinematics.tools.plot import main as plot    # noqa: E402
@@ -136,6 +138,24 @@ def test_forces_of_legs_are_drawn_along_them():
     for (begin, end), points in zip(arrows, legs):
         for joint in (points[0], points[3]):
             np.testing.assert_allclose(np.cross(end - begin, joint - begin), 0, atol=1e-12)
+
+
+@pytest.mark.parametrize('metadata', ['', '[1]', 'rosbag2_bagfile_information: x', '\x00'])
+def test_states_behind_broken_metadata_and_a_clock_that_was_set_back(metadata, tmp_path):
+    """The second half of a bag was published before the first, by its stamps."""
+    states = tmp_path / 'states'
+    run = recordings.write_bag(tmp_path / 'run', recordings.samples(200))
+    assert bag_tool.main([str(run), '--robot', robot_options.PUMA, '--output', str(states)]) == 0
+    with Recording(states) as recording:
+        messages = [*recording.messages({c.kind for c in recording.connections})]
+    turned = recordings.write_bag(tmp_path / 'turned', [
+        (m.topic, m.kind, k, m.data) for k, m in enumerate(messages[200:] + messages[:200])])
+    (turned / 'metadata.yaml').write_text(metadata)
+    one, = read_bag_histories(states, ['twist', 'accel'])
+    other, = read_bag_histories(turned, ['twist', 'accel'])
+    assert (one.tip_frame, other.tip_frame) == ('tool', 'tip')
+    for quantity, values in one.values.items():
+        np.testing.assert_array_equal(other.values[quantity], values)
 
 
 @pytest.mark.parametrize('arguments, told', [
