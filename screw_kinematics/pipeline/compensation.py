@@ -5,31 +5,27 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterator
-
-import numpy as np
+from functools import partial
+from typing import Any
 
 from .kinematics import State
-from .own_motion import OwnMotion, Slices
+from .own_motion import Felt, OwnMotion, Slices
 from .payload import felt_wrench
 from .settings import RobotSettings
 from .wrench_sensor import WrenchSensor
 from ..errors import Reason
 from ..messages.stamped import WrenchEncoder
 from ..messages.wrench import WrenchSample
+from ..screws.se3 import Array
 
 
 class WrenchWriter:
     """Writes the wrench at the instant of a state, less what is not contact."""
 
     def __init__(self, slices: Slices, settings: RobotSettings, sensor: WrenchSensor) -> None:
-        self._motion = OwnMotion(slices, settings)
-        self._gravity = np.array(settings.gravity)
-        self._parameters = settings.payload.parameters
-        self._sign = 1.0 if settings.wrench_by == 'load' else -1.0
-        self._bias = settings.wrench_bias
-        self._sensor = sensor
-        self._encoder = WrenchEncoder('')
+        self._slices, self._settings, self._sensor = slices, settings, sensor
         self._frame_id = ''
+        self._pose: Array | None = None     # of the sensor
 
     def encode(self, state: State) -> bytes | Reason:
         """Return the serialized message, or why there is no wrench at this instant."""
@@ -37,15 +33,22 @@ class WrenchWriter:
         measured = sensor.at(state.stamp_ns)
         if isinstance(measured, Reason):
             return measured
-        assert sensor.pose is not None
-        if sensor.frame_id != self._frame_id:
-            self._frame_id = sensor.frame_id
-            self._encoder = WrenchEncoder(self._frame_id)
-        # Specific force, angular velocity and acceleration, in the tip's axes, then the sensor's.
-        felt = self._motion.of(state.values).at(sensor.pose)
-        load = felt_wrench(self._parameters, *felt.specific_force(self._gravity))
-        return self._encoder.encode(state.stamp_ns, [
-            w - b - self._sign * f for w, b, f in zip(measured, self._bias, load)])
+        if sensor.pose is not self._pose or sensor.frame_id != self._frame_id:
+            assert sensor.pose is not None
+            self._pose, self._frame_id = sensor.pose, sensor.frame_id
+            self._motion = OwnMotion(self._slices, self._settings,
+                                     partial(self._contact, sensor.pose), len(measured))
+            self._encoder = WrenchEncoder(sensor.frame_id)
+        return self._encoder.encode(state.stamp_ns, self._motion.of(state.values, measured))
+
+    def _contact(self, pose: Array, felt: Felt, measured: Array) -> list[Any]:
+        """Return the wrench measured at a pose in the tip frame, less that of what it carries."""
+        settings = self._settings
+        there = felt.at(pose)
+        load = felt_wrench(settings.payload.parameters, there.specific_force(settings.gravity),
+                           there.omega, there.alpha)
+        sign = 1.0 if settings.wrench_by == 'load' else -1.0
+        return [w - b - sign * f for w, b, f in zip(measured, settings.wrench_bias, load)]
 
 
 class Compensation:

@@ -12,11 +12,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-import numpy as np
-
 from .kinematics import State
 from .outputs import KINDS
-from .own_motion import OwnMotion, Slices
+from .own_motion import Felt, OwnMotion, Slices
 from .payload import cross
 from .robot_model import moving_joints, MovingJoint
 from .settings import RobotSettings
@@ -26,7 +24,7 @@ from ..messages.stamped import (
     ImuEncoder, PoseEncoder, TwistEncoder, TwistWithCovarianceEncoder, VelocityEncoder)
 from ..motion.clock_error import Order
 from ..screws.rotations import quaternion_from_row
-from ..screws.se3 import Array
+from ..screws.se3 import Array, rotate, shift_pole
 
 
 @dataclass(frozen=True)
@@ -235,28 +233,30 @@ class ImuWriter:
 
     def __init__(self, slices: Slices, frames: Frames, settings: RobotSettings,
                  joints: JointColumns) -> None:
-        self._joints = joints
-        self._motion = OwnMotion(slices, settings)
+        self._joints, self._settings = joints, settings
         self._pose, self._jacobian = slices['pose'], slices['jacobian']
-        self._in_base = settings.expressed_in == 'base'
-        self._at_base = settings.reference_point == 'base'
-        self._gravity = np.array(settings.gravity)
+        self._motion = OwnMotion(slices, settings, self._felt,
+                                 self._jacobian.stop - self._jacobian.start)
         self._encoder = ImuEncoder(frames.tip)
 
     def encode(self, state: State) -> bytes:
         """Return the serialized message."""
-        felt = self._motion.of(state.values)
-        force, omega, _ = felt.specific_force(self._gravity)
-        row = state.values[self._pose]
-        # Angular rows, then linear ones.
-        jacobian = np.array(state.values[self._jacobian]).reshape(2, 3, -1)
-        if self._in_base:
-            jacobian = felt.to_base.T @ jacobian
-        if self._at_base:       # from the point at the base's origin to the tip
-            jacobian[1] += np.cross(jacobian[0], felt.to_base.T @ row[:3], axisa=0, axisc=0)
-        turning, moving = jacobian.reshape(2, -1).tolist()
-        joints = self._joints
+        values, joints = state.values, self._joints
+        felt = self._motion.of(values, values[self._jacobian])
+        omega, alpha, force = felt[:3], felt[3:6], felt[6:9]
+        middle = (9 + len(felt)) // 2
+        turning, moving = felt[9:middle], felt[middle:]
         return self._encoder.encode(state.stamp_ns, [
-            *quaternion_from_row(row[3:]), *joints.covariance(state, 0, turning),
-            *omega, *joints.covariance(state, 1, turning, [*felt.alpha]),
+            *quaternion_from_row(values[self._pose][3:]), *joints.covariance(state, 0, turning),
+            *omega, *joints.covariance(state, 1, turning, alpha),
             *force, *joints.covariance(state, 2, moving)])
+
+    def _felt(self, felt: Felt, jacobian: Array) -> list[Any]:
+        """Return both angular rates, the specific force, and the Jacobian's rows as felt."""
+        columns = jacobian.reshape(6, -1).T
+        if self._settings.expressed_in == 'base':
+            columns = rotate(felt.to_base.T, columns)
+        if self._settings.reference_point == 'base':
+            columns = shift_pole(columns, felt.place)
+        return [*felt.omega, *felt.alpha, *felt.specific_force(self._settings.gravity),
+                *columns.T.ravel()]

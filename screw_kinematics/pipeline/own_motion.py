@@ -3,60 +3,74 @@
 """The motion of a tip as something fixed to it feels it: about its own origin, in its own axes."""
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from .payload import cross, Vector
 from .settings import RobotSettings
+from ..programs.machine import machine
+from ..programs.tracing import Graph, straight_line
+from ..screws.rigid import pose_from_row
 from ..screws.se3 import Array
 
 Slices = Mapping[str, slice]
 
 NEEDS = ('pose', 'twist', 'accel')
-"""Outputs of a program that it is made from."""
+"""Outputs of a program that it is made from: 12, 6 and 6 numbers."""
 
 
 class Felt(NamedTuple):
-    """Motion of a frame, in its own axes."""
+    """Motion of a frame, in its own axes; the numbers are traced."""
 
     to_base: Array    # (3, 3), from its axes to those of the base
-    omega: Vector     # angular velocity [rad/s]
-    alpha: Vector     # angular acceleration [rad/s^2]
-    a: Vector         # classical acceleration of its origin [m/s^2]
+    place: Array      # of its origin, from that of the base [m]
+    omega: Array      # angular velocity [rad/s]
+    alpha: Array      # angular acceleration [rad/s^2]
+    a: Array          # classical acceleration of its origin [m/s^2]
 
     def at(self, pose: Array) -> Felt:
         """Return the motion of another frame that is fixed to this one, at a pose in it."""
-        turn, arm = pose[:3, :3], pose[:3, 3].tolist()
-        swept = cross(self.omega, cross(self.omega, arm))
-        a = [x + y + z for x, y, z in zip(self.a, cross(self.alpha, arm), swept)]
-        omega, alpha, a = (np.array((self.omega, self.alpha, a)) @ turn).tolist()
-        return Felt(self.to_base @ turn, omega, alpha, a)
+        turn, arm = pose[:3, :3], pose[:3, 3]
+        a = self.a + _swept(self.omega, self.alpha, arm)
+        return Felt(self.to_base @ turn, *(
+            x @ turn for x in (self.place + arm, self.omega, self.alpha, a)))
 
-    def specific_force(self, gravity: Array) -> tuple[Vector, Vector, Vector]:
-        """Return acceleration less free fall, which is in base axes; omega; and alpha."""
-        return (np.array(self.a) - self.to_base.T @ gravity).tolist(), self.omega, self.alpha
+    def specific_force(self, gravity: Vector) -> Array:
+        """Return the acceleration less that of free fall, which is in base axes [m/s^2]."""
+        return self.a - np.array(gravity) @ self.to_base    # type: ignore[no-any-return]
 
 
 class OwnMotion:
-    """Reads the motion of a tip out of the values of a program."""
+    """
+    What is made of the motion of a tip, read out of the values of a program.
 
-    def __init__(self, slices: Slices, settings: RobotSettings) -> None:
-        self._pose, self._twist, self._accel = (slices[need] for need in NEEDS)
-        self._in_base = settings.expressed_in == 'base'
-        self._at_base = settings.reference_point == 'base'
+    It is `made` of that motion and of so many more numbers, once, as a program of its own.
+    """
 
-    def of(self, values: Sequence[Any]) -> Felt:
-        """Return the motion of the tip."""
-        row = values[self._pose]
-        to_base = np.array(row[3:]).reshape(3, 3)
-        omega, alpha, a = (values[self._twist][:3], values[self._accel][:3],
-                           values[self._accel][3:])
-        if self._in_base:
-            omega, alpha, a = (np.array((omega, alpha, a)) @ to_base).tolist()
-        if self._at_base:       # from the point at the base's origin to the tip
-            arm = (to_base.T @ row[:3]).tolist()
-            a = [x + y + z for x, y, z in zip(
-                a, cross(alpha, arm), cross(omega, cross(omega, arm)))]
-        return Felt(to_base, omega, alpha, a)
+    def __init__(self, slices: Slices, settings: RobotSettings,
+                 made: Callable[[Felt, Array], Sequence[Any]], more: int) -> None:
+        self._parts = [slices[need] for need in NEEDS]
+        numbers = Graph().inputs(24 + more)
+        pose, (omega, _), (alpha, a) = (
+            pose_from_row(numbers[:12]), numbers[12:18].reshape(2, 3),
+            numbers[18:24].reshape(2, 3))
+        to_base = pose[:3, :3]
+        if settings.expressed_in == 'base':
+            omega, alpha, a = (x @ to_base for x in (omega, alpha, a))
+        place = pose[:3, 3] @ to_base
+        if settings.reference_point == 'base':
+            a = a + _swept(omega, alpha, place)
+        self._machine = machine(straight_line(
+            len(numbers), made(Felt(to_base, place, omega, alpha, a), numbers[24:])))
+
+    def of(self, values: Sequence[float], more: Sequence[float]) -> tuple[float, ...]:
+        """Return what is made of a robot's values, and of more numbers."""
+        pose, twist, accel = self._parts
+        return self._machine.evaluate((*values[pose], *values[twist], *values[accel], *more))
+
+
+def _swept(omega: Array, alpha: Array, arm: Array) -> Array:
+    """Return by how much the acceleration at the end of an arm is another one."""
+    return np.array(cross(alpha, arm)) + np.array(cross(omega, cross(omega, arm)))
