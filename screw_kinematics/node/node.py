@@ -50,11 +50,13 @@ class Before:
     What a node goes on from: another one of this process, which the middleware left deaf.
 
     Its robots and inputs go over to the next node as they are, with all they know and counted;
-    so do the values of its parameters. `given` names those that the user gave.
+    so do the values of its parameters. `given` names those that the user gave, `unknown` tells of
+    those that do not exist.
     """
 
     parameters: tuple[Parameter, ...]
     given: frozenset[str]
+    unknown: list[str]
     state: str
     robots: dict[str, Robot]
     inputs: dict[str, TopicInput[Any]]
@@ -92,7 +94,7 @@ class KinematicStatePublisher(LifecycleNode):
         self.robots: dict[str, Robot] = {}
         self.inputs: dict[str, TopicInput[Any]] = {}
         self.failure: ScrewKinematicsError | None = None
-        self.unknown_parameters: list[str] = []
+        self.unknown_parameters: list[str] = [] if before is None else before.unknown
         self.state = 'unconfigured'
         self._descriptions: list[Any] = []
         self._plans: dict[str, tuple[Any, Any]] = {}
@@ -114,7 +116,7 @@ class KinematicStatePublisher(LifecycleNode):
         # Last of all: the first line that rclpy logs takes as long as finding publishers.
         if before is None:
             self._log_models()
-        self._diagnostics.log_core()
+            self._diagnostics.log_core()
 
     def _start(self, before: Before | None) -> None:
         self._settings = NodeParameters(self, None if before is None else before.given)
@@ -160,8 +162,8 @@ class KinematicStatePublisher(LifecycleNode):
         worker, self._worker = self._worker, Worker()
         parameters = tuple(parameter for parameter in self._parameters.values()
                            if parameter.type_ is not Parameter.Type.NOT_SET)
-        return Before(parameters, self._settings.given, self.state, self.robots, self.inputs,
-                      worker, self._diagnostics, self)
+        return Before(parameters, self._settings.given, self.unknown_parameters, self.state,
+                      self.robots, self.inputs, worker, self._diagnostics, self)
 
     # Life cycle
 
@@ -237,14 +239,14 @@ class KinematicStatePublisher(LifecycleNode):
                 each.join(self)
         else:
             self._create([self._settings.robot_settings(name) for name in settings.robots])
+            if not self._starting:
+                self._log_models()
         undescribed = [r for r in self.robots.values() if not r.settings.description]
         for topic, listeners in by_topic(
                 self, undescribed, 'description_topic',
                 lambda r: [r.settings.description_topic]).items():
             self._descriptions.append(self.create_subscription(
                 String, topic, partial(_described, listeners), latched_qos()))
-        if not self._starting:
-            self._log_models()
 
     def _create(self, every: list[RobotSettings]) -> None:
         """Create the robots and their inputs."""
@@ -278,9 +280,11 @@ class KinematicStatePublisher(LifecycleNode):
         for each in self.inputs.values():
             each.open()
         # Only now all parameters exist, those of the subscriptions' quality of service too.
+        told = self.unknown_parameters
         self._see_parameters()
         for sentence in self.unknown_parameters:
-            self.get_logger().warning(sentence)
+            if sentence not in told:
+                self.get_logger().warning(sentence)
 
     def _see_parameters(self) -> None:
         self.unknown_parameters = self._settings.unknown(
