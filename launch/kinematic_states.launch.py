@@ -13,6 +13,7 @@ from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
 from launch_ros.substitutions import FindPackageShare
+from screw_kinematics.pipeline.outputs import OUTPUTS
 import yaml
 
 ARGUMENTS = (
@@ -23,8 +24,7 @@ ARGUMENTS = (
                         'from the topic robot_description'),
     ('base_frame', '', 'motion is relative to it; empty: root of the model'),
     ('tip_frame', '', 'whose motion is published; empty: the only end of the model'),
-    ('outputs', 'twist,accel', 'of pose, twist, accel, reduced_accel, jerk, snap, velocity, '
-                               'twist_with_covariance, accel_with_covariance, markers'),
+    ('outputs', 'twist,accel', f'of {", ".join(OUTPUTS)}'),
     ('joint_states_topic', 'joint_states', 'or several, with commas between'),
     ('base_motion_topic', '', 'odometry of a base that drives; motion is then relative to its '
                               'frame'),

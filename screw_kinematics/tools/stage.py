@@ -12,7 +12,7 @@ import time
 from typing import Any
 
 from . import robot_options
-from .joint_state_source.main import add_motion_options, checked_rate
+from .joint_state_source.main import add_motion_options, check_rate
 from .listener import check_names, require_ros
 from .processes import Children
 from ..errors import ParameterError
@@ -40,7 +40,7 @@ class Stage:
         require_ros()
         if not 0 <= arguments.delay <= 1:
             raise ParameterError('delay', arguments.delay, '0 to 1 s')
-        checked_rate(arguments.rate)
+        check_rate(arguments.rate)
         check_names(arguments.namespace, ())
         self._arguments = arguments
         self.robot = robot_options.load(arguments)

@@ -9,10 +9,11 @@ from collections.abc import Sequence
 from functools import partial
 import sys
 import time
+from typing import Any
 
 from .. import console, robot_options
 from ..listener import check_names
-from ..reference_motions import MOTIONS
+from ..reference_motions import MOTIONS, ReferenceMotion
 from ..stamping import help_text, stampings, WAYS
 from ...errors import InvalidValueError, MissingExtraError, ParameterError
 from ...node.main import initialise
@@ -57,28 +58,20 @@ def add_motion_options(options: argparse.ArgumentParser) -> None:
                               'joint_state_source --help tells what each way does')
 
 
-def checked_rate(rate: float) -> float:
-    """Return the rate [Hz]; raise ParameterError if it is none."""
+def check_rate(rate: float) -> None:
+    """Raise ParameterError if that is no rate [Hz]."""
     if not 0 < rate <= 10_000:
         raise ParameterError('rate', rate, 'more than 0, at most 10000 Hz')
-    return rate
 
 
 def publish(arguments: argparse.Namespace, ros_arguments: Sequence[str] = ()) -> int:
-    """
-    Publish positions and velocities until a signal comes; ROS finds its own arguments.
-
-    Readings lie on a regular clock that began with the motion, as those of a controller do,
-    and are stamped in the way that was chosen; messages that were missed are left out, not
-    made up for in a burst.
-    """
+    """Publish positions and velocities until a signal comes; ROS finds its own arguments."""
     try:
         import rclpy
         from rclpy.exceptions import ParameterException
-        from sensor_msgs.msg import JointState
     except ImportError:
         raise MissingExtraError('rclpy', 'ros', 'publishing joint states') from None
-    rate = checked_rate(arguments.rate)
+    check_rate(arguments.rate)
     if arguments.start is not None and not 0 <= arguments.start < LATEST:
         raise ParameterError('start', arguments.start, f'0 to {LATEST:g} ns since 1970')
     check_names(arguments.namespace, [arguments.topic])
@@ -92,38 +85,52 @@ def publish(arguments: argparse.Namespace, ros_arguments: Sequence[str] = ()) ->
             node = rclpy.create_node('joint_state_source', namespace=arguments.namespace)
         except ParameterException as error:
             raise InvalidValueError(str(error)) from None
-        publisher = node.create_publisher(JointState, arguments.topic, 10)
-        message = JointState(name=list(robot.joint_names))
-        simulated = node.get_parameter('use_sim_time').value
-
-        def now() -> int:
-            return int(node.get_clock().now().nanoseconds)
-
-        while simulated and not now() and not stop.made:
-            rclpy.spin_once(node, timeout_sec=0.1)
-        start = now() if arguments.start is None else arguments.start
-        begin = max((now() - start) * 1e-9, 0.0)
-        for reading, stamp, sent in stampings(arguments.stamps, rate, begin):
-            if stop.made:
-                break
-            if (now() - start) * 1e-9 - sent > 1 / rate:
-                continue    # a period late and more
-            while (wait := sent - (now() - start) * 1e-9) > 0 and not stop.made:
-                # Short naps, so that a signal is answered soon at low rates too.
-                if simulated:
-                    rclpy.spin_once(node, timeout_sec=0.1)
-                else:
-                    time.sleep(min(wait, 0.1))
-            position, velocity = motion.derivatives(reading, 1)
-            message.header.stamp.sec, message.header.stamp.nanosec = divmod(
-                start + round(stamp * 1e9), 1_000_000_000)
-            message.position = array('d', position)
-            message.velocity = array('d', velocity)
-            publisher.publish(message)
+        _play(node, arguments, robot.joint_names, motion, stop)
         node.destroy_node()
     finally:
         rclpy.try_shutdown()
     return console.OK
+
+
+def _play(node: Any, arguments: argparse.Namespace, names: Sequence[str],
+          motion: ReferenceMotion, stop: StopRequest) -> None:
+    """
+    Publish the motion of joints.
+
+    Readings lie on a regular clock that began with the motion, as those of a controller do,
+    and are stamped in the way that was chosen; messages that were missed are left out, not
+    made up for in a burst.
+    """
+    from rclpy import spin_once
+    from sensor_msgs.msg import JointState
+    publisher = node.create_publisher(JointState, arguments.topic, 10)
+    message = JointState(name=list(names))
+    simulated = node.get_parameter('use_sim_time').value
+
+    def now() -> int:
+        return int(node.get_clock().now().nanoseconds)
+
+    while simulated and not now() and not stop.made:
+        spin_once(node, timeout_sec=0.1)
+    start = now() if arguments.start is None else arguments.start
+    begin = max((now() - start) * 1e-9, 0.0)
+    for reading, stamp, sent in stampings(arguments.stamps, arguments.rate, begin):
+        if stop.made:
+            break
+        if (now() - start) * 1e-9 - sent > 1 / arguments.rate:
+            continue    # a period late and more
+        while (wait := sent - (now() - start) * 1e-9) > 0 and not stop.made:
+            # Short naps, so that a signal is answered soon at low rates too.
+            if simulated:
+                spin_once(node, timeout_sec=0.1)
+            else:
+                time.sleep(min(wait, 0.1))
+        position, velocity = motion.derivatives(reading, 1)
+        message.header.stamp.sec, message.header.stamp.nanosec = divmod(
+            start + round(stamp * 1e9), 1_000_000_000)
+        message.position = array('d', position)
+        message.velocity = array('d', velocity)
+        publisher.publish(message)
 
 
 if __name__ == '__main__':
