@@ -58,7 +58,8 @@ def draw_traces(path: Path, seed: int) -> None:
     condition = CONDITIONS['500 Hz, coarse']
     recording = record('trapezoidal acceleration', condition, seed)
     t, q = recording.ordered.stamps, recording.ordered.positions
-    raw = np.gradient(np.gradient(q[:, 0], t), t)
+    speed = np.gradient(q[:, 0], t)
+    raw = np.gradient(speed, t)
     figure, axes = plt.subplots(figsize=(8, 3.4))
     low, high = 1.0, 2.6
     shown = (t > low) & (t < high)

@@ -157,8 +157,9 @@ def quaternion_from_rotation(rotation: Array) -> Array:
     for i in range(3):
         j, k = (i + 1) % 3, (i + 2) % 3
         rows[..., i, i] = 1 + 2 * d[..., i] - trace
-        rows[..., i, j] = rows[..., j, i] = R[..., i, j] + R[..., j, i]
-        rows[..., i, 3] = rows[..., 3, i] = R[..., k, j] - R[..., j, k]
+        both, turned = R[..., i, j] + R[..., j, i], R[..., k, j] - R[..., j, k]
+        rows[..., i, j] = rows[..., j, i] = both
+        rows[..., i, 3] = rows[..., 3, i] = turned
     rows[..., 3, 3] = 1 + trace
     largest = np.argmax(np.diagonal(rows, axis1=-2, axis2=-1), axis=-1)
     quaternion = np.take_along_axis(rows, largest[..., None, None], axis=-2)[..., 0, :]
