@@ -11,9 +11,13 @@ except ImportError:
     from . import uncompiled as cython
 from .tables import zeros
 if cython.compiled:
-    from cython.cimports.libc.math import fabs
+    from cython.cimports.libc.math import fabs, sqrt
 else:
-    from math import fabs
+    from math import fabs, sqrt
+
+STRETCHES = cython.declare(cython.Py_ssize_t, 16)
+LEAST = cython.declare(cython.Py_ssize_t, 4)
+"""Stretches of a line whose means tell how well it is known, and pairs of each at least."""
 
 
 def kth(values: cython.double[::1], count: cython.Py_ssize_t,
@@ -88,6 +92,31 @@ def fit_line(k: cython.double[::1], t: cython.double[::1], count: cython.Py_ssiz
     out[0], out[1], out[2] = mt - slope * mk, slope, mean / count
 
 
+def mean_error(k: cython.double[::1], t: cython.double[::1], count: cython.Py_ssize_t,
+               weight: cython.double[::1], line: cython.double[::1]) -> cython.double:
+    """
+    Return the standard error of a line's mean; 0 where pairs are too few.
+
+    From the means of stretches, since neighbours may be alike, or make good what the others are
+    off. Those that count less move the mean, but do not hold it (Huber 1981, 3.2).
+    """
+    i: cython.Py_ssize_t
+    j: cython.Py_ssize_t
+    each: cython.Py_ssize_t = count // STRETCHES
+    square: cython.double = 0.0
+    holding: cython.double = 0.0
+    if each < LEAST:
+        return 0.0
+    for j in range(STRETCHES):
+        off: cython.double = 0.0
+        for i in range(count - (j + 1) * each, count - j * each):
+            off += weight[i] * (t[i] - line[0] - line[1] * k[i])
+            holding += 1.0 if weight[i] == 1.0 else 0.0
+        square += off * off
+    # The line leaves two degrees of freedom less than there are stretches.
+    return sqrt(square * STRETCHES / (STRETCHES - 2)) / holding
+
+
 class Line:
     """The latest pairs of tick and stamp, or means of some in a row, and the line through them."""
 
@@ -96,7 +125,7 @@ class Line:
         self.stride, self.gathered = 1, 0
         self.sum_k = self.sum_t = 0.0
         self.k, self.t, self.out = zeros(size), zeros(size), zeros(3)
-        self.weight, self.rest = zeros(size), zeros(size)
+        self.weight, self.rest, self.error = zeros(size), zeros(size), 0.0
 
     def add(self, tick: cython.double, stamp: cython.double) -> None:
         """Add a pair; the oldest quarter is forgotten where there is no room."""
@@ -158,6 +187,7 @@ class Line:
             self.k[i] -= tick
             self.t[i] -= start
         fit_line(self.k, self.t, self.count, self.weight, self.rest, self.out)
+        self.error = mean_error(self.k, self.t, self.count, self.weight, self.out)
         for i in range(self.count):
             self.k[i] += tick
             self.t[i] += start

@@ -42,11 +42,13 @@ def clock_error(ticks: TickCounter | None, tally: Tally, messages: float,
     if ticks is None:
         return ClockError(doubt)
     held, fresh, lost = tally
-    line, rate = ticks.line_error()
+    aged = held + fresh >= ENOUGH and (held > HOLDS or lost > SKIPS * fresh)
+    # What stamps of readings that age have in common is their age, which counts below.
+    line, rate = ticks.line_error() if aged else ticks.stated_error()
     time = hypot(line, doubt)
-    span = max(ticks.line.ticks(), 1.0) * ticks.period
-    if held + fresh < ENOUGH or not (held > HOLDS or lost > SKIPS * fresh):
+    if not aged:
         return ClockError(time, rate)
+    span = max(ticks.line.ticks(), 1.0) * ticks.period
     shorter, longer = min(ticks.period, messages), max(ticks.period, messages)
     # The line through the stamps averages a beat that is faster than it is long, and leans where
     # one ends in it. Half of them are believed: where messages are lost neither period is known

@@ -24,8 +24,11 @@ cdef class TickCounter:
 
     @cython.locals(counter=TickCounter)
     cpdef TickCounter fresh(self, double stamp)
-    @cython.locals(end=double, rate=double)
     cpdef (double, double) line_error(self)
+    @cython.locals(error=double)
+    cpdef (double, double) stated_error(self)
+    @cython.locals(end=double, rate=double)
+    cdef (double, double) _line_error(self, double mean)
     cpdef bint vague(self)
     cpdef bint usual(self)
     cpdef double surprise(self, long d) except? -1.0

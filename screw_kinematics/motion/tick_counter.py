@@ -99,7 +99,15 @@ class TickCounter:
 
         Two standard errors of its mean where it ends, and as many of its slope since then.
         """
-        end = 2.0 * self.deviation / sqrt(max(self.line.pairs(), 1))
+        return self._line_error(self.deviation / sqrt(max(self.line.pairs(), 1)))
+
+    def stated_error(self) -> tuple[float, float]:
+        """Return the same as the line's own deviations have it, where these are enough."""
+        error = self.line.error
+        return self._line_error(error) if error else self.line_error()
+
+    def _line_error(self, mean: float) -> tuple[float, float]:
+        end = 2.0 * mean
         rate = min(sqrt(12.0) * end / (max(self.line.ticks(), 1.0) * self.period), self._known)
         return hypot(end, rate * self.unseen * self.period), rate
 
