@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import CancelledError, Executor, Future
+from concurrent.futures import Executor, Future
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
@@ -124,8 +124,11 @@ def process_all(tasks: Sequence[Task], client: Any, progress: Progress) -> Itera
 
 
 def _hand_over(outcomes: SimpleQueue[Outcome], task: Task, future: Any) -> None:
-    error = CancelledError() if future.cancelled() else future.exception()
-    outcomes.put(future.result() if error is None else _failed(task, error))
+    try:
+        outcome = future.result()
+    except BaseException as error:      # of the cluster, which may end just now
+        outcome = _failed(task, error)
+    outcomes.put(outcome)
 
 
 def _failed(task: Task, error: BaseException) -> Outcome:

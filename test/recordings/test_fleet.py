@@ -141,19 +141,38 @@ def test_only_what_is_missing_is_done_again(tmp_path, capsys):
     assert not list(output.rglob('*.unfinished'))
 
 
+def begun(recordings, output):
+    """Return a run on two processes, as of a terminal of its own."""
+    return subprocess.Popen(
+        [sys.executable, '-m', 'screw_kinematics', 'bag', str(recordings), '--robot', PUMA,
+         '--name', 'puma', '--output', str(output), '--processes', '2'], stderr=subprocess.PIPE,
+        text=True, start_new_session=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL))
+
+
+def test_ctrl_c_in_the_middle_of_a_long_recording(tmp_path):
+    """What its workers are at is not waited for."""
+    path = rec.write_bag(tmp_path / 'run', rec.samples(70_000))
+    process_ = begun(path, tmp_path / 'states')
+    while process_.poll() is None and not (tmp_path / '.states.unfinished').exists():
+        time.sleep(0.02)
+    os.killpg(process_.pid, signal.SIGINT)
+    error = process_.communicate(timeout=60)[1]
+    assert process_.returncode == 130 and not error
+    assert [path.name for path in tmp_path.iterdir()] == ['run']
+
+
 def test_ctrl_c_leaves_nothing_unfinished_and_the_next_run_goes_on(tmp_path, capsys):
     """It reaches every process of the terminal; none of them has more to say than the tool."""
     day, output = fleet(tmp_path / 'day', 12, 2000), tmp_path / 'states'
-    process_ = subprocess.Popen(
-        [sys.executable, '-m', 'screw_kinematics', 'bag', str(day), '--robot', PUMA, '--name',
-         'puma', '--output', str(output), '--processes', '2'], stderr=subprocess.PIPE, text=True,
-        start_new_session=True, preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL))
+    process_ = begun(day, output)
     while process_.poll() is None and not [*output.glob('_done/*.json')]:
         time.sleep(0.02)
     os.killpg(process_.pid, signal.SIGINT)
     error = process_.communicate(timeout=120)[1]
     assert process_.returncode == 130
-    assert all(re.match(r'run\d+: puma: \d+ joint samples', line) for line in error.splitlines())
+    assert not [line for line in error.splitlines() if not re.match(
+        r"run\d+: puma: \d+ joint samples", line)], error
     done = len([*output.glob('_done/*.json')])
     assert 0 < done < 12 and not [*output.rglob('*unfinished*')]
     assert run(day, output, '--processes', '1') == 0

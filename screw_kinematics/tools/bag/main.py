@@ -18,6 +18,7 @@ from functools import partial
 import multiprocessing
 import os
 from pathlib import Path
+import signal
 
 from .account import Bar, print_single, summary_table
 from .report import write_report
@@ -186,8 +187,18 @@ def _runner(arguments: argparse.Namespace) -> Iterator[Run]:
         yield map
         return
     pool = ProcessPoolExecutor(processes, multiprocessing.get_context('spawn'),
-                               end_with_parent, (os.getpid(),))
+                               _begin_worker, (os.getpid(),))
     try:
         yield in_order(pool, 2 * processes)
+    except BaseException:       # nobody waits for what they are at, and a second Ctrl-C may come
+        for worker in multiprocessing.active_children():
+            worker.terminate()
+        raise
     finally:
         pool.shutdown(cancel_futures=True)
+
+
+def _begin_worker(parent: int) -> None:
+    """Leave Ctrl-C, which reaches every process of a terminal, to the tool."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    end_with_parent(parent)
