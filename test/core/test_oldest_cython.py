@@ -17,11 +17,8 @@ TRANSLATE = """
 import gc
 import sys
 from Cython.Build import cythonize
-from Cython.Compiler import Pipeline
 from setuptools import Extension
 gc.disable()        # its trees live long: a third of the time was a search for garbage
-# What Cython adds of its own, alike to each, is a third of the rest; nobody compiles what is made.
-Pipeline.inject_utility_code_stage_factory = lambda context: lambda module: module
 cythonize([Extension(name, [path]) for name, path in zip(sys.argv[2::2], sys.argv[3::2])],
           build_dir=sys.argv[1], language_level=3, quiet=True,
           compiler_directives={'emit_code_comments': False})       # nobody reads what is made
