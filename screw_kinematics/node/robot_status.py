@@ -14,6 +14,7 @@ from ..errors import Reason
 from ..motion import MotionEstimator
 from ..pipeline.joint_groups import listed
 from ..pipeline.moving_base import MovingBase
+from ..pipeline.robot_pipeline import RobotPipeline
 
 HARMLESS = (Reason.NO_JOINT, Reason.JOINTS_MISSING)
 """Reasons to refuse a message that are no fault: a gripper's message is none of the arm's."""
@@ -23,6 +24,9 @@ FOREIGN_AGE = 10.0
 
 OK, WARN, ERROR, STALE = (DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR,
                           DiagnosticStatus.STALE)
+
+Verdict = tuple[bytes, str]
+"""A level of the diagnostics, and the message."""
 
 
 class RobotCounts:
@@ -61,7 +65,9 @@ class RobotStatus:
         self._since = since or self.counts
         # How old the latest output is [s]; None if there is none.
         self._age = (now_ns - robot.stamp_ns) * 1e-9 if robot.stamp_ns else None
+        self._new_messages = self.counts.received - self._since.received
         self._new_outputs = self.counts.outputs - self._since.outputs
+        self._new_faults = self.counts.faults - self._since.faults
         self.counts.foreign = self._foreign_age() is not None
 
     def values(self) -> dict[str, Any]:
@@ -70,7 +76,7 @@ class RobotStatus:
         account, pipeline = robot.account, robot.pipeline
         period = max(counts.time - since.time, 1e-9)
         values: dict[str, Any] = {
-            'input rate [Hz]': round((counts.received - since.received) / period, 2),
+            'input rate [Hz]': round(self._new_messages / period, 2),
             'output rate [Hz]': round(self._new_outputs / period, 2),
             'received': account.received,
             'used': account.used,
@@ -109,53 +115,67 @@ class RobotStatus:
         values['doubts'] = '; '.join(pipeline.doubts())
         return values
 
-    def judge(self, state: str, publishers: int) -> tuple[bytes, str]:
+    def judge(self, state: str, publishers: int) -> Verdict:
         """
         Return level and message: what is worst.
 
         The state is that of the node's life cycle; publishers are so many as a topic of the
         robot's joint states has, at most.
         """
-        robot, counts, since = self._robot, self.counts, self._since
-        pipeline, outputs = robot.pipeline, self._new_outputs
-        new = counts.received - since.received
-        new_faults = counts.faults - since.faults
+        pipeline = self._robot.pipeline
+        if pipeline is None or self._robot.model_error or state != 'active':
+            return self._of_model(state)
+        return (self._of_messages(pipeline, publishers) or self._of_base(pipeline.base)
+                or self._of_joints(pipeline, publishers) or self._of_outputs(pipeline))
+
+    def _of_model(self, state: str) -> Verdict:
+        robot = self._robot
         if robot.model_error:
             return (ERROR if robot.model is None else WARN), robot.model_error
-        if pipeline is None:
+        if robot.pipeline is None:
             return WARN, robot.at_work or (
                 f'waiting for a description on {robot.settings.description_topic!r}')
-        if state != 'active':
-            return OK, f'{state}: not listening'
+        return OK, f'{state}: not listening'
+
+    def _of_messages(self, pipeline: RobotPipeline, publishers: int) -> Verdict | None:
+        """Judge whether messages are good for anything."""
         faults = pipeline.faults(publishers)
-        if 0 < new <= new_faults.total():
-            return ERROR, '; '.join([
-                f'every message is refused: {_most_frequent(robot, new_faults, publishers)}',
-                *faults])
-        if new and faults:
-            return WARN, '; '.join(faults)
-        base = pipeline.base
+        if 0 < self._new_messages <= self._new_faults.total():
+            return ERROR, '; '.join(
+                [f'every message is refused: {self._most_frequent_fault(publishers)}', *faults])
+        return (WARN, '; '.join(faults)) if self._new_messages and faults else None
+
+    def _of_base(self, base: MovingBase | None) -> Verdict | None:
+        counts, since = self.counts, self._since
         if base is not None and counts.base_refused > since.base_refused:
             return WARN, f'messages of the base refused: {base.problem()}'
         if base is not None and counts.without_base > since.without_base:
             return WARN, f'outputs relative to the world are left out: {base.problem()}'
+        return None
+
+    def _of_joints(self, pipeline: RobotPipeline, publishers: int) -> Verdict | None:
+        """Judge whether all joints are told, by every message."""
         missing = pipeline.missing()
         if missing:
             nothing = len(missing) == len(pipeline.joint_names)
             return (STALE if nothing else WARN), pipeline.describe_missing()
-        if new_faults:
-            return WARN, (f'{new_faults.total()} messages refused: '
-                          f'{_most_frequent(robot, new_faults, publishers)}')
+        if self._new_faults:
+            return WARN, (f'{self._new_faults.total()} messages refused: '
+                          f'{self._most_frequent_fault(publishers)}')
+        return None
+
+    def _of_outputs(self, pipeline: RobotPipeline) -> Verdict:
+        robot = self._robot
         if not robot.publishers.wanted:
             return OK, 'ready; nobody listens'
         complaints = [text for tip in robot.publishers.sensors if robot.wants_wrench(tip)
                       for text in self._wrench_complaints(tip)]
-        if outputs and complaints:
+        if self._new_outputs and complaints:
             return WARN, '; '.join(complaints)
         doubts = pipeline.doubts()
-        if new and not outputs and robot.at_work:
-            return OK, f'no output yet: {robot.at_work}'
-        if new and not outputs:
+        if self._new_messages and not self._new_outputs:
+            if robot.at_work:
+                return OK, f'no output yet: {robot.at_work}'
             return (WARN if doubts else OK), '; '.join(
                 [f'no output: {self._most_frequent_use()}', *doubts])
         age = self._foreign_age()
@@ -186,6 +206,12 @@ class RobotStatus:
                     f'{"older" if apart > 0 else "newer"} than the latest joint states')
         return complaints
 
+    def _most_frequent_fault(self, publishers: int) -> str:
+        reason = self._new_faults.most_common(1)[0][0]
+        if reason is Reason.STAMP_NOT_INCREASING and publishers > 1:
+            return f'{reason} (the topic has {publishers} publishers)'
+        return self._robot.account.told(reason)
+
     def _most_frequent_use(self) -> str:
         """Return what became of most of the messages that led to no output."""
         counts, since = self.counts, self._since
@@ -210,13 +236,6 @@ def faults_of(robot: Robot) -> Counter[Reason]:
     """Return how often a robot refused a message for which reason that is a fault."""
     return Counter({reason: n for reason, n in robot.account.refused.items()
                     if reason not in HARMLESS})
-
-
-def _most_frequent(robot: Robot, faults: Counter[Reason], publishers: int) -> str:
-    reason = faults.most_common(1)[0][0]
-    if reason is Reason.STAMP_NOT_INCREASING and publishers > 1:
-        return f'{reason} (the topic has {publishers} publishers)'
-    return robot.account.told(reason)
 
 
 def _estimation(robot: Robot) -> dict[str, Any]:
