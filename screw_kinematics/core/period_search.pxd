@@ -21,6 +21,12 @@ cdef class PeriodSearch:
     cdef void travelled(self, double[::1] base) noexcept
     cdef void recount(self, Py_ssize_t option, double period) noexcept
     cdef double roughness(self, double[::1] times) noexcept
+    cdef Py_ssize_t try_countings(self) noexcept
     cdef Py_ssize_t guess(self, Py_ssize_t good) noexcept
+    cdef double apart(self, double frequency, Py_ssize_t good) noexcept
+    cdef Py_ssize_t next_minimum(self, Py_ssize_t last, Py_ssize_t size) noexcept
+    cdef double refined(self, double period, Py_ssize_t good) noexcept
+    cdef bint is_known(self, Py_ssize_t option) noexcept
+    cdef void fit(self, Py_ssize_t option) noexcept
     cdef bint normalise(self, Py_ssize_t option) noexcept
     cdef double price(self, Py_ssize_t option) noexcept

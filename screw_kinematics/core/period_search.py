@@ -169,7 +169,6 @@ class PeriodSearch:
         period, the mean deviation [s]. None if there is no other counting.
         """
         i: cython.Py_ssize_t
-        k: cython.Py_ssize_t
         o: cython.Py_ssize_t
         n: cython.Py_ssize_t = self.readings.count
         self.readings.move_to_front()
@@ -179,10 +178,39 @@ class PeriodSearch:
         for i in range(1, n):
             if not self.time[i] > self.time[i - 1]:
                 return None
+        count: cython.Py_ssize_t = self.try_countings()
+        for i in range(n):
+            self.two[i] = self.time[i] - self.time[0]
+        now: cython.double = self.roughness(self.two)
+        if not now > 0.0:
+            return None
+        best = None
+        most: cython.double = 0.0
+        for o in range(count):
+            if not self.normalise(o) or self.is_known(o):
+                continue
+            self.fit(o)
+            # The stamps must bear it, too; and show ticks that are finer than the messages'.
+            if (self.out[2] > 1.5 * (late + 0.25 * self.out[1])
+                    or self.out[1] < 0.7 * period and self.out[2] > FINER * self.out[1]):
+                continue
+            for i in range(n):
+                self.two[i] = self.options[o, i] * self.out[1]
+            gain: cython.double = (0.5 * (n - 4) * log(
+                (now + LEAST) / (self.roughness(self.two) + LEAST)) - self.price(o))
+            if best is None or gain > most:
+                most = gain
+                best = (gain, [self.options[o, i] for i in range(n)],
+                        self.out[0] + self.stamp[0], self.out[1], self.out[2])
+        return best
+
+    def try_countings(self) -> cython.Py_ssize_t:
+        """Write the countings to choose from, the first by the messages; return how many."""
+        i: cython.Py_ssize_t
+        n: cython.Py_ssize_t = self.count
         for i in range(n):
             self.base[i] = i
         self.recount(0, 1.0)
-        count: cython.Py_ssize_t = 1
         self.travelled(self.time)
         for i in range(n - 1):
             self.two[i] = self.speed[i]
@@ -193,51 +221,11 @@ class PeriodSearch:
             if self.speed[i] > least and self.gone[i] > 0.0:
                 self.one[good] = self.gone[i]
                 good += 1
-        if good >= 8:
-            count = 1 + self.guess(good)
-        for i in range(n):
-            self.two[i] = self.time[i] - self.time[0]
-        now: cython.double = self.roughness(self.two)
-        if not now > 0.0:
-            return None
-        best: cython.Py_ssize_t = -1
-        most: cython.double = 0.0
-        fits = []
-        for o in range(count):
-            fits.append((0.0, 0.0, 0.0))
-            if not self.normalise(o):
-                continue
-            known: cython.bint = False
-            for k in range(o):
-                same: cython.bint = True
-                for i in range(n):
-                    same = same and self.options[k, i] == self.options[o, i]
-                known = known or same
-            if known:
-                continue
-            for i in range(n):
-                self.base[i] = self.options[o, i]
-                self.gone[i] = self.stamp[i] - self.stamp[0]
-            fit_line(self.base, self.gone, n, self.one, self.two, self.out)
-            fits[o] = (self.out[0] + self.stamp[0], self.out[1], self.out[2])
-            # The stamps must bear it, too; and show ticks that are finer than the messages'.
-            if (self.out[2] > 1.5 * (late + 0.25 * self.out[1])
-                    or self.out[1] < 0.7 * period and self.out[2] > FINER * self.out[1]):
-                continue
-            for i in range(n):
-                self.two[i] = self.options[o, i] * self.out[1]
-            gain: cython.double = (0.5 * (n - 4) * log(
-                (now + LEAST) / (self.roughness(self.two) + LEAST)) - self.price(o))
-            if best < 0 or gain > most:
-                best, most = o, gain
-        if best < 0:
-            return None
-        return (most, [self.options[best, i] for i in range(n)], *fits[best])
+        return 1 + self.guess(good) if good >= 8 else 1
 
     def guess(self, good: cython.Py_ssize_t) -> cython.Py_ssize_t:
         """Count by the periods of which the times in `one` are nearly multiples."""
         i: cython.Py_ssize_t
-        k: cython.Py_ssize_t
         top: cython.double = 0.0
         for i in range(good):
             top = self.one[i] if self.one[i] > top else top
@@ -247,43 +235,77 @@ class PeriodSearch:
         step: cython.double = 0.08 / top
         size: cython.Py_ssize_t = 0
         while size < GRID and f0 + size * step < 12.5 / middle:
-            f: cython.double = f0 + size * step
-            total: cython.double = 0.0
-            for i in range(good):
-                part: cython.double = f * self.one[i]
-                part -= (part + WHOLE) - WHOLE
-                part *= part
-                total += part if part < 0.09 else 0.09
-            self.grid[size] = total
+            self.grid[size] = self.apart(f0 + size * step, good)
             size += 1
         found: cython.Py_ssize_t
         last: cython.Py_ssize_t = -1
         for found in range(GUESSES):
-            k = -1                      # the lowest of the minima after the last one
-            for i in range(1, size - 1):
-                value: cython.double = self.grid[i]
-                if not (value <= self.grid[i - 1] and value <= self.grid[i + 1]):
-                    continue
-                if last >= 0 and not (value > self.grid[last]
-                                      or value == self.grid[last] and i > last):
-                    continue
-                if k < 0 or value < self.grid[k]:
-                    k = i
-            if k < 0:
+            last = self.next_minimum(last, size)
+            if last < 0:
                 return found
-            last = k
-            guess: cython.double = 1.0 / (f0 + k * step)
-            both: cython.double = 0.0
-            square: cython.double = 0.0
-            for i in range(good):
-                d: cython.double = (self.one[i] / guess + WHOLE) - WHOLE
-                d = d if d > 1.0 else 1.0
-                both += self.one[i] * d
-                square += d * d
             for i in range(self.count):
                 self.base[i] = self.time[i] - self.time[0]
-            self.recount(1 + found, both / square)
+            self.recount(1 + found, self.refined(1.0 / (f0 + last * step), good))
         return GUESSES
+
+    def apart(self, frequency: cython.double, good: cython.Py_ssize_t) -> cython.double:
+        """Return how far the times in `one` are from whole periods, squared, summed, capped."""
+        i: cython.Py_ssize_t
+        total: cython.double = 0.0
+        for i in range(good):
+            part: cython.double = frequency * self.one[i]
+            part -= (part + WHOLE) - WHOLE
+            part *= part
+            total += part if part < 0.09 else 0.09
+        return total
+
+    def next_minimum(self, last: cython.Py_ssize_t, size: cython.Py_ssize_t,
+                     ) -> cython.Py_ssize_t:
+        """Return where in `grid` the lowest of the minima after the last one is; -1: no more."""
+        i: cython.Py_ssize_t
+        lowest: cython.Py_ssize_t = -1
+        for i in range(1, size - 1):
+            value: cython.double = self.grid[i]
+            if not (value <= self.grid[i - 1] and value <= self.grid[i + 1]):
+                continue
+            if last >= 0 and not (value > self.grid[last]
+                                  or value == self.grid[last] and i > last):
+                continue
+            if lowest < 0 or value < self.grid[lowest]:
+                lowest = i
+        return lowest
+
+    def refined(self, period: cython.double, good: cython.Py_ssize_t) -> cython.double:
+        """Return the period that fits the times in `one` best, by their multiples of this one."""
+        i: cython.Py_ssize_t
+        both: cython.double = 0.0
+        square: cython.double = 0.0
+        for i in range(good):
+            d: cython.double = (self.one[i] / period + WHOLE) - WHOLE
+            d = d if d > 1.0 else 1.0
+            both += self.one[i] * d
+            square += d * d
+        return both / square
+
+    def is_known(self, option: cython.Py_ssize_t) -> cython.bint:
+        """Return whether a counting is the same as one before it."""
+        i: cython.Py_ssize_t
+        k: cython.Py_ssize_t
+        for k in range(option):
+            same: cython.bint = True
+            for i in range(self.count):
+                same = same and self.options[k, i] == self.options[option, i]
+            if same:
+                return True
+        return False
+
+    def fit(self, option: cython.Py_ssize_t) -> None:
+        """Fit a line through the stamps, less the first, of a counting; it is in `out`."""
+        i: cython.Py_ssize_t
+        for i in range(self.count):
+            self.base[i] = self.options[option, i]
+            self.gone[i] = self.stamp[i] - self.stamp[0]
+        fit_line(self.base, self.gone, self.count, self.one, self.two, self.out)
 
     def normalise(self, option: cython.Py_ssize_t) -> cython.bint:
         """Count from 0, in the longest ticks; return whether the ticks increase."""
