@@ -86,16 +86,18 @@ def listeners(rig: Rig, random: Random) -> None:
 
 
 EVENTS: dict[str, Event] = {
+    'description replaced': description,
+    'tool and rate changed': tool,
+    'listeners come and go': listeners,
+    'a publisher restarted': restart,
     'calm': lambda rig, random: rig.spin(3.0),
     '2 % dropped': mishaps(dropped=0.02),
     '2 % doubled': mishaps(doubled=0.02),
     '2 % swapped': mishaps(swapped=0.02),
     '1 % malformed or partial': mishaps(malformed=0.01),
-    'all of these': mishaps(dropped=0.02, doubled=0.02, swapped=0.02, malformed=0.01),
-    'a publisher restarted': restart,
-    'tool and rate changed': tool,
-    'description replaced': description,
-    'listeners come and go': listeners}
+    'all of these': mishaps(dropped=0.02, doubled=0.02, swapped=0.02, malformed=0.01)}
+"""In the order in which each happens first: what needs memory of its own is first, so that it has
+been there in the first minute."""
 
 
 @dataclass
@@ -158,7 +160,7 @@ class Course:
         return result
 
     def _happen(self, name: str, event: Event) -> None:
-        self._tell(name)
+        self._tell(f'{name}; the node has {self._rig.usage[-1][1] / 1024:.1f} MiB')
         self._rig.during = name
         self.result.events[name] += 1
         event(self._rig, self._random)
