@@ -12,14 +12,13 @@ from struct import unpack_from
 import subprocess
 import time
 
-from geometry_msgs.msg import (
-    AccelStamped, AccelWithCovarianceStamped, TwistStamped, TwistWithCovarianceStamped)
 import rclpy
 from rclpy.experimental import EventsExecutor
 from rclpy.qos import QoSProfile
 from screw_kinematics.node import fast_dds
+from screw_kinematics.node.publishers import message_type
+from screw_kinematics.pipeline.outputs import KINDS
 from sensor_msgs.msg import JointState
-from trajectory_msgs.msg import JointTrajectory
 
 from .contenders import Contender
 from .robot import Driver, PERIOD_NS
@@ -28,9 +27,6 @@ from ..domain import own_domain
 WINDOW = 50         # messages under way at most, fewer than any queue holds: nothing is lost
 PATIENCE = 60.0     # for a node to start [s]
 SILENCE = 5.0       # without any output, after which what is under way counts as lost [s]
-MESSAGES = {'twist': TwistStamped, 'accel': AccelStamped, 'joint_motion': JointTrajectory,
-            'twist_with_covariance': TwistWithCovarianceStamped,
-            'accel_with_covariance': AccelWithCovarianceStamped}
 
 
 @dataclass(frozen=True)
@@ -259,7 +255,7 @@ class Trial:
 
 def message(topic: str) -> type:
     """Return the type of the messages on a topic of a robot."""
-    return MESSAGES[topic.rpartition('/')[2]]
+    return message_type(KINDS[topic.rpartition('/')[2]].type_name)
 
 
 def _period(data: bytes) -> int:

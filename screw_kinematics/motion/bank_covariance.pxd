@@ -11,5 +11,5 @@ cdef class BankCovariance:
     cdef ClockError _error
 
     @cython.locals(error=ClockError, triangles=list, values=list, n=Py_ssize_t, k=Py_ssize_t,
-                   order=Py_ssize_t, row=Py_ssize_t, own=double, onward=double)
+                   order=Py_ssize_t, row=Py_ssize_t, onward=double)
     cpdef list variances(self)

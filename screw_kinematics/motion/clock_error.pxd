@@ -8,6 +8,6 @@ cdef class ClockError:
     cdef readonly double time, rate
 
     @cython.locals(rate=double, by=double)
-    cpdef list deviations(self, long order, object own, object onward=*)
+    cpdef tuple deviations(self, long order, object own, object onward)
     @cython.locals(late=double, fast=double)
     cpdef double variance(self, long order, double own, double onward)

@@ -27,23 +27,18 @@ class ClockError:
         return self.time > 0.0 or self.rate > 0.0
 
     def deviations(self, order: Order, own: Sequence[float],
-                   onward: Sequence[float] = ()) -> list[list[float]]:
+                   onward: Sequence[float]) -> tuple[list[float], list[float]]:
         """
-        Return the deviations that all joints have at once: a row for each of the two.
+        Return what all joints err by at once: as the instant does, and as the rate does.
 
         ``own`` is the derivative of that order of each joint's position, 0: the position itself;
-        ``onward`` is the next one, none where it is not known.
+        ``onward`` is the next one, empty where it is not known, as what the instant adds is then.
         """
-        found = []
-        if self.time > 0.0 and len(onward):
-            found.append([self.time * rate for rate in onward])
-        if self.rate > 0.0 and order:
-            by = order * self.rate
-            found.append([by * rate for rate in own])
-        return found
+        by = order * self.rate
+        return [self.time * rate for rate in onward], [by * rate for rate in own]
 
     def variance(self, order: Order, own: float, onward: float) -> float:
-        """Return the variance that this is in a derivative of one joint's position."""
+        """Return the variance that this is for one joint: as numbers, which takes an eighth."""
         late, fast = self.time * onward, order * self.rate * own
         return late * late + fast * fast
 
@@ -54,9 +49,9 @@ class ClockError:
         Of positions, velocities, ... of the joints, shape (m, n), there is what they err by as the
         instant does, and as the rate does, shape (2, m, n).
         """
-        onward = np.vstack([state[1:], np.zeros_like(state[:1])])
-        orders = np.arange(float(len(state)))[:, None]
-        return np.stack([self.time * onward, self.rate * orders * state])
+        onward = [*state[1:], np.zeros_like(state[0])]
+        return np.array([self.deviations(order, *rows) for order, rows in enumerate(
+            zip(state, onward))]).swapaxes(0, 1)
 
 
 EXACT = ClockError()

@@ -81,9 +81,10 @@ class JointColumns:
         made: list[float] = []
         if error:
             onward = self.select(motion.values, derivative + 1) if state.order > derivative else ()
-            together = error.deviations(
+            late, fast = error.deviations(
                 derivative, self.select(motion.values, derivative), onward)
-            if error.time > 0.0 and len(onward) and not self._moving_base:
+            together = [late, fast] if late else [fast]
+            if late and not self._moving_base:
                 made = [error.time * rate for rate in rates]
         if self._moving_base:
             assert state.base is not None
