@@ -23,7 +23,7 @@ def benchmark(monkeypatch):
 def test_every_fault_once(ros_domain, tmp_path):
     figures = tmp_path / 'figures.json'
     ended = subprocess.run(
-        [sys.executable, '-m', 'benchmark.soak', '--minutes', '0', '--rate', '200',
+        [sys.executable, '-m', 'benchmark.soak', '--minutes', '0', '--rate', '100',
          '--calm', '1.7', '--seed', '3', '--json', str(figures)],
         cwd=ROOT, env=os.environ | {'PYTHONPATH': str(ROOT)}, capture_output=True, text=True)
     assert ended.returncode == 0, ended.stdout + ended.stderr

@@ -99,7 +99,7 @@ def test_the_demo_offers_the_page(ros_domain):
         port = probe.getsockname()[1]
     run = subprocess.Popen(
         [sys.executable, '-u', '-m', 'screw_kinematics', 'demo', '--view', '--port', str(port),
-         '--duration', '5'], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+         '--duration', '2'], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     for line in run.stdout:
         if line.startswith(f'http://127.0.0.1:{port} shows puma560'):
             break
