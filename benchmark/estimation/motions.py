@@ -57,11 +57,11 @@ class PiecewisePolynomial:
 
     def __call__(self, t: np.ndarray) -> np.ndarray:
         piece = np.clip(np.searchsorted(self.breaks, t, side='right') - 1, 0, None)
-        u = (t - np.array(self.breaks)[piece])[:, None]
         c = np.array(self.coefficients)[piece]
+        powers = (t - np.array(self.breaks)[piece])[:, None] ** np.arange(c.shape[1])
         rows = []
         for _ in range(4):
-            rows.append((c * u ** np.arange(c.shape[1])).sum(axis=1))
+            rows.append((c * powers[:, :c.shape[1]]).sum(axis=1))
             c = c[:, 1:] * np.arange(1, c.shape[1])
         return np.stack(rows)
 

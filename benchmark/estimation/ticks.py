@@ -102,12 +102,15 @@ def _search(stamps: np.ndarray, positions: np.ndarray, period: float, times: np.
     # Two clocks that beat are apart by up to a period, for long: little of that is evidence.
     apart = np.abs(stamps[:, None] - np.polyval(line, ticks)) / STAMP_ERROR
     late = np.maximum(apart - period / STAMP_ERROR, 0.0)**2 / 2 + BEAT * apart**2
+    # What a step costs depends on how many ticks passed alone: none is taken before the other.
+    passed = np.diff(near)[:, None] + np.arange(-2 * SPAN, 2 * SPAN + 1)
+    costs = np.where(passed < 0, np.inf, softened[:, None] * passed * (
+        own[:, None] * passed - 2 * both[:, None]))
+    pairs = offsets[:, None] - offsets + 2 * SPAN
     cost, rows = late[0], np.arange(len(offsets))
     back = np.zeros(ticks.shape, int)
     for k in range(1, len(stamps)):
-        passed = ticks[k][:, None] - ticks[k - 1][None, :]
-        total = cost + np.where(passed < 0, np.inf, softened[k - 1] * passed * (
-            own[k - 1] * passed - 2 * both[k - 1]))
+        total = cost + costs[k - 1, pairs]
         back[k] = total.argmin(axis=1)
         cost = total[rows, back[k]] + late[k]
         cost -= cost.min()
