@@ -56,7 +56,7 @@ def states_from_body_derivatives(derivatives: Sequence[Array]) -> list[Array]:
     seen = [checked_array(f'derivative {n}', y, (..., 6)) for n, y in enumerate(derivatives)]
     states: list[Array] = []
     for n, y in enumerate(seen):
-        states.append(y + sum(
-            comb(n, k) * body_fixed_derivatives(states, seen[n - k], k + 1)[k]
-            for k in range(1, n + 1)))
+        moved = sum(comb(n, k) * body_fixed_derivatives(states, seen[n - k], k + 1)[k]
+                    for k in range(1, n + 1))
+        states.append(y + moved)
     return states

@@ -306,7 +306,8 @@ def compose(outer: Sequence[Array], inner: Sequence[Array]) -> list[Array]:
     total = []
     carried = [body_fixed_derivatives(outer, y, len(inner) - m) for m, y in enumerate(inner)]
     for n, x in enumerate(outer[:len(inner)], start=1):
-        total.append(x + sum(comb(n - 1, k) * carried[n - 1 - k][k] for k in range(n)))
+        added = sum(comb(n - 1, k) * carried[n - 1 - k][k] for k in range(n))
+        total.append(x + added)
     return total
 
 
@@ -394,6 +395,7 @@ def _seen_from(derivatives: Sequence[Array], observer: Sequence[Array]) -> list[
     seen: list[Any] = []
     carried: list[list[Array]] = []
     for n, x in enumerate(derivatives):
-        seen.append(x - sum(comb(n, k) * carried[n - k][k] for k in range(1, n + 1)))
+        moved = sum(comb(n, k) * carried[n - k][k] for k in range(1, n + 1))
+        seen.append(x - moved)
         carried.append(body_fixed_derivatives(observer, seen[-1], len(derivatives) - n))
     return seen
