@@ -11,13 +11,13 @@ def sines(seed, n_joints, highest=4.0):
     omega = 2 * np.pi * rng.uniform(0.2, highest, (6, n_joints))
     amplitude = rng.uniform(1.0, 3.0, (6, n_joints)) / omega**2
     phase = rng.uniform(0, 2 * np.pi, (6, n_joints))
+    factors = [(-1)**(k // 2) * amplitude * omega**k for k in range(4)]
 
     def motion(t):
         angle = np.asarray(t)[..., None, None] * omega + phase
         waves = np.sin(angle), np.cos(angle)
-        return np.stack([
-            ((-1)**(k // 2) * amplitude * omega**k * waves[k % 2]).sum(axis=-2)
-            for k in range(4)])
+        return np.stack([np.einsum('...wj,wj->...j', waves[k % 2], factor)
+                         for k, factor in enumerate(factors)])
 
     return motion
 
