@@ -17,6 +17,7 @@ import re
 import sys
 from typing import Any, NoReturn
 
+from .interruption import interruptible
 from .. import __version__, core
 from ..errors import ScrewKinematicsError, ToolError
 from ..node.main import without_ros_arguments
@@ -107,8 +108,9 @@ def run(tool: Callable[[argparse.Namespace], int], options: argparse.ArgumentPar
     complete(options)
     arguments = options.parse_args(without_ros_arguments(sys.argv[1:] if argv is None else argv))
     try:
-        code = tool(arguments)
-        _flush()
+        with interruptible():
+            code = tool(arguments)
+            _flush()
         return code
     except (ScrewKinematicsError, OSError) as error:
         try:

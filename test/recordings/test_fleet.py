@@ -150,16 +150,19 @@ def begun(recordings, output):
         preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL))
 
 
-def test_ctrl_c_in_the_middle_of_a_long_recording(tmp_path):
-    """What its workers are at is not waited for."""
+def test_signals_in_the_middle_of_a_long_recording(tmp_path):
+    """What its workers are at is not waited for; the second signal waits for nothing."""
     path = rec.write_bag(tmp_path / 'run', rec.samples(70_000))
-    process_ = begun(path, tmp_path / 'states')
-    while process_.poll() is None and not (tmp_path / '.states.unfinished').exists():
-        time.sleep(0.02)
-    os.killpg(process_.pid, signal.SIGINT)
-    error = process_.communicate(timeout=60)[1]
-    assert process_.returncode == 130 and not error
-    assert [path.name for path in tmp_path.iterdir()] == ['run']
+    for number, twice in ((signal.SIGINT, False), (signal.SIGTERM, False), (signal.SIGINT, True)):
+        tool = begun(path, tmp_path / 'states')
+        while tool.poll() is None and not (tmp_path / '.states.unfinished').exists():
+            time.sleep(0.02)
+        for _ in range(1 + twice):
+            (tool.terminate() if number == signal.SIGTERM else os.killpg(tool.pid, number))
+        error = tool.communicate(timeout=60)[1]
+        assert tool.returncode == 128 + number and not error
+        left = {path.name for path in tmp_path.iterdir()} - {'run'}
+        assert left <= ({'.states.unfinished'} if twice else set())
 
 
 def test_ctrl_c_leaves_nothing_unfinished_and_the_next_run_goes_on(tmp_path, capsys):

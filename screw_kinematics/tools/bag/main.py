@@ -190,12 +190,13 @@ def _runner(arguments: argparse.Namespace) -> Iterator[Run]:
                                _begin_worker, (os.getpid(),))
     try:
         yield in_order(pool, 2 * processes)
-    except BaseException:       # nobody waits for what they are at, and a second Ctrl-C may come
+    except BaseException:
+        # Nobody waits for what they are at, nor for the rest of a result that one of them sends.
         for worker in multiprocessing.active_children():
             worker.terminate()
+        pool.shutdown(wait=False, cancel_futures=True)
         raise
-    finally:
-        pool.shutdown(cancel_futures=True)
+    pool.shutdown()
 
 
 def _begin_worker(parent: int) -> None:
