@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
-from difflib import get_close_matches
 from typing import Any
 
 from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor
@@ -13,7 +12,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from ..errors import ParameterError
-from ..pipeline.setting import one_of, Setting, tip_frames, whole_number
+from ..pipeline.setting import most_like, one_of, Setting, tip_frames, whole_number
 from ..pipeline.settings import NODE, NodeSettings, OF_TIP, ROBOT, RobotSettings
 
 QOS = 'qos_overrides.'
@@ -167,9 +166,9 @@ def no_such_parameter(name: str, known: Iterable[str]) -> str:
     """Return a sentence that says so, with the known name that is most like it."""
     known = list(known)
     of_topic = [k for k in known if name.startswith(QOS) and _topic(k) == _topic(name)]
-    similar = get_close_matches(name, known, 1, 0.5)
+    similar = most_like(name, known)
     hint = (f'; of this topic: {", ".join(sorted(of_topic))}' if of_topic
-            else f'; did you mean {similar[0]!r}?' if similar else '')
+            else f'; did you mean {similar!r}?' if similar else '')
     return f'parameter {name!r} does not exist{hint}'
 
 

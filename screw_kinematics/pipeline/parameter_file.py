@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from difflib import get_close_matches
 from functools import partial
 from math import inf, nan
 from pathlib import Path
@@ -13,6 +12,7 @@ from typing import Any
 
 import yaml
 
+from .setting import most_like
 from .settings import NODE, NodeSettings, OF_TIP, ROBOT, RobotSettings
 from ..errors import ParameterError, ToolError
 
@@ -77,8 +77,8 @@ def read_robots(path: Path, instead: Mapping[str, Any] | None = None, namespace:
               for tip in given.get(f'{robot}.tips', ()) for s in OF_TIP}
     for name, value in given.items():
         if name not in known and not OF_ROS.fullmatch(name):
-            similar = get_close_matches(name, known, 1, 0.5)
-            raise ParameterError(name, value, f'{similar[0]!r}' if similar else
+            similar = most_like(name, known)
+            raise ParameterError(name, value, repr(similar) if similar else
                                  'parameters of the node and of its robots')
     return [part for robot in node.robots for part in robot_settings(robot, {**{
         key.removeprefix(f'{robot}.'): value for key, value in given.items()

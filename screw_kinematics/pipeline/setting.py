@@ -3,8 +3,9 @@
 """One parameter, and the checks of what it may be."""
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from difflib import SequenceMatcher
 import re
 from typing import Any
 
@@ -174,3 +175,28 @@ def quantity(name: str, default: float, text: str, low: float, high: float) -> S
     """Return a parameter that is a number of a range."""
     return Setting(name, default, text, f'a number from {low:g} to {high:g}',
                    number(low, high), span=(low, high))
+
+
+def most_like(name: str, known: Iterable[str]) -> str:
+    """
+    Return the parameter that is meant, empty if none is like it; the robot's name alone is not.
+
+    Examples
+    --------
+    >>> most_like('arm.delay', ['arm.estimator.delay', 'arm.gravity'])
+    'arm.estimator.delay'
+    >>> most_like('arm.rate', ['arm.estimator.delay', 'arm.gravity'])
+    ''
+
+    """
+    robot = name.partition('.')[0] + '.'
+
+    def likeness(other: str) -> float:
+        own = name
+        if other.startswith(robot):
+            own, other = name.removeprefix(robot), other.removeprefix(robot)
+        return max(SequenceMatcher(None, word, own).ratio()
+                   for word in (other, other.rpartition('.')[2]))
+
+    found = max(known, key=likeness, default='')
+    return found if found and likeness(found) >= 0.57 else ''
