@@ -92,6 +92,9 @@ def cut(samples: Iterable[Sample], groups: JointGroups, account: Account) -> Ite
         read = _read(groups, sample)
         if isinstance(read, Reason):
             account.refused[read] += 1
+            if read not in account.details:
+                account.details[read] = (str(sample) if isinstance(sample, MalformedMessageError)
+                                         else groups.describe(sample, read))
             continue
         group, stamp, position, velocity = read
         own = pending.get(group)

@@ -218,7 +218,8 @@ def _process_robot(task: Task, recording: Recording | JointTable, robot: Recorde
     account = robot.account
     return RobotOutcome(
         robot.settings.name, list(robot.topics), list(robot.outputs), account.received,
-        account.outputs, {str(reason): n for reason, n in sorted(account.refused.items()) if n},
+        account.outputs,
+        {account.told(reason): n for reason, n in sorted(account.refused.items()) if n},
         robot.groups.describe_missing(), robot.period, longest, *accuracy.result(),
         None if summarizer is None or not account.outputs else summarizer.summary,
         [*robot.findings, *(robot.sensor.findings(account.outputs) if robot.sensor else ())],

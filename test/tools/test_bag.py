@@ -176,7 +176,7 @@ def test_unusable_samples_are_counted(tmp_path, capsys):
     assert bag.main([str(path), '--robot', PUMA, '--output', str(tmp_path / 'x.csv')]) == 0
     out = capsys.readouterr().out
     assert '604 joint samples' in out and ' 600 states' in out
-    for reason in ('1 position_not_finite', '1 position_of_wrong_length',
+    for reason in ('1 position_not_finite (q2 at nan)', '1 position_of_wrong_length',
                    '1 no_joint_of_robot', '1 malformed_message'):
         assert reason in out
 
