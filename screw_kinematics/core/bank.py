@@ -326,6 +326,14 @@ class Bank:
 
     # ---- what others ask
 
+    def odd(self) -> list[int]:
+        """Return by joint how many samples before the latest one that shows to be odd."""
+        j: cython.Py_ssize_t
+        odd = []
+        for j in range(self.n):
+            odd.append(self.position.signal(j).odd)
+        return odd
+
     def state(self) -> list[float]:
         """Return the weighted state after the latest sample, in a row."""
         return in_a_row(self.now, 0, 4)

@@ -18,6 +18,7 @@ cdef class Signal:
     cdef double since           # first of those that wait
     cdef double pending         # deviation of the sample that waits
     cdef int waiting            # samples that wait
+    cdef int odd                # those before the latest that it has shown to be odd
     cdef double envelope        # usual deviation
     cdef double noise
     cdef double least           # what mean squares count at least: noise of the encoder's steps

@@ -58,7 +58,7 @@ class Signal:
         """Begin a run with a sample."""
         self.last = z
         self.pending = self.envelope = self.parted = self.since = 0.0
-        self.waiting = 0
+        self.waiting = self.odd = 0
         self.fresh = 1e6
 
     def step_of_encoder(self) -> cython.double:
@@ -193,7 +193,7 @@ class Channel:
             own = own if own > least else least
             noise += w * own
             variance += w * (self.gains.s[k] * own + apart * apart)
-        u.noise, u.least = noise, least
+        u.noise, u.least, u.odd = noise, least, 0
         counts: cython.bint = known
         if known and not self.settling:
             if u.waiting > 0:
@@ -291,6 +291,7 @@ class Channel:
         least: cython.double = exp(0.58 * log(1.0 + onward))
         most: cython.double = exp(3.17 * log(1.0 + onward))
         if fabs(deviation) <= u.limit and ratio < 0.5:      # it was odd
+            u.odd = u.waiting
             if u.taken:
                 self.correct(first, -u.pending, u.waiting)
                 for k in range(first, first + self.m):

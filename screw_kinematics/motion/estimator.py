@@ -238,6 +238,11 @@ class MotionEstimator(JointEstimator):
         return self._admission.position
 
     @property
+    def odd(self) -> Sequence[int]:
+        """Return by joint how many readings before the latest one that shows to be odd."""
+        return self._bank.odd()  # type: ignore[no-any-return]
+
+    @property
     def clock(self) -> DeviceClock:
         """Return what is known of the device's clock."""
         return self._clock

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from .device_clock import DeviceClock
-from .divided_differences import roughness
+from .divided_differences import divided_difference, roughness
 from .estimator import MotionEstimator
 from .joint_motion import Array
 from .smoothed_velocity import fused, telling
@@ -87,6 +87,7 @@ class _Run:
     fresh: list[bool]           # whether they brought a new reading
     times: list[float]          # of the readings, device time
     positions: list[Any]        # of the readings, unwrapped
+    odd: list[Any]              # by joint how many before each reading it shows to be odd
     clock: DeviceClock          # at its end
 
 
@@ -103,7 +104,7 @@ def smooth(
     The same device clock, models and self-tuning as in `MotionEstimator`, but with the past and
     the future in view: what a first pass learns of the clock a second one knows from the start;
     the filters run forwards and backwards over each run of samples (a gap begins a new one); a
-    reading that all others contradict is left out.
+    reading that those after it, or all others, contradict is left out.
 
     Parameters
     ----------
@@ -222,7 +223,7 @@ def _runs(stamps: Array, positions: Array, velocities: Array | None, limits: dic
         if isinstance(placed, Reason):
             continue
         if estimator.runs > before:
-            runs.append(_Run([], [], [], [], [], [], estimator.clock))
+            runs.append(_Run([], [], [], [], [], [], [], estimator.clock))
         run = runs[-1]
         time = placed.time
         if time is not None and run.times and time <= run.times[-1]:
@@ -234,13 +235,14 @@ def _runs(stamps: Array, positions: Array, velocities: Array | None, limits: dic
         if time is not None:
             run.times.append(time)
             run.positions.append(estimator.position)
+            run.odd.append(estimator.odd)
     return runs, dict(estimator.refusals)
 
 
 def _smooth_run(run: _Run, stamps: Array, velocities: Array | None, state: Array,
                 variance: Array) -> None:
     """Write the motion of a run, and its variance, at its samples."""
-    times, positions = np.array(run.times), np.array(run.positions)
+    times, positions, odd = np.array(run.times), np.array(run.positions), _marked(run.odd)
     instants, rates = np.array(run.instants), np.array(run.rates)
     fresh = np.array(run.fresh)
     measured = None
@@ -261,7 +263,8 @@ def _smooth_run(run: _Run, stamps: Array, velocities: Array | None, state: Array
         h, rate = onward[rows].reshape(-1, 1), rates[rows].reshape(-1, 1)
         for first in range(0, positions.shape[1], TOGETHER):
             joints = slice(first, first + TOGETHER)
-            x, p = _smoothed(smoother, positions[begin:after, joints].T)
+            x, p = _smoothed(smoother, times[begin:after], positions[begin:after, joints].T,
+                             odd[begin:after, joints].T)
             if measured is not None:
                 _fuse(smoother, times[begin:after], x, p, positions[begin:after, joints].T,
                       measured[begin:after, joints].T)
@@ -306,9 +309,33 @@ def _through(smoother: IntervalSmoother, values: Array, floors: Array,
     return x, p, rest
 
 
-def _smoothed(smoother: IntervalSmoother, values: Array) -> tuple[Array, Array]:
+def _marked(before: Sequence[Sequence[int]]) -> Array:
+    """Return which readings of which joint are odd, (N, n); each tells how many before it are."""
+    counts = np.array(before)
+    odd = np.zeros(counts.shape, bool)
+    for back in range(1, int(counts.max(initial=0)) + 1):
+        odd[:-back] |= counts[back:] >= back
+    return odd
+
+
+def _bridged(times: Array, values: Array, odd: Array) -> Array:
+    """Return values with those that are odd on the cubic through two others to either side."""
+    rows, others = np.flatnonzero(odd), np.flatnonzero(np.logical_not(odd))
+    if not len(rows) or len(others) < 4:
+        return values
+    at = np.clip(np.searchsorted(others, rows), 2, len(others) - 2)
+    near = others[at[:, None] + np.arange(-2, 2)]
+    of = divided_difference(times[np.column_stack([near, rows])] - times[rows, None])
+    bridged = values.copy()
+    bridged[rows] = -(of[:, :4] * values[near]).sum(axis=1) / of[:, 4]
+    return bridged
+
+
+def _smoothed(smoother: IntervalSmoother, times: Array, values: Array, odd: Array,
+              ) -> tuple[Array, Array]:
     """Return states and variances, shapes (J, 4, N), of joints; odd readings are left out."""
     floors = np.array([_rounding(signal) for signal in values])
+    values = np.stack([_bridged(times, *joint) for joint in zip(values, odd)])
     x, p, rest = _through(smoother, values, floors)
     for j, signal in enumerate(values):
         x[j], p[j] = _without_odd(smoother, signal.copy(), floors[j:j + 1], x[j], p[j], rest[j])

@@ -73,6 +73,21 @@ def test_bad_samples_are_left_out_and_gaps_divide():
     np.testing.assert_allclose(result.acceleration, clean.acceleration, rtol=1e-9)
 
 
+@pytest.mark.parametrize('rate, together, repeated', [
+    (1000, 1, False), (1000, 3, False), (250, 2, False), (100, 1, False), (1000, 1, True),
+    (100, 1, True)])
+def test_odd_readings_cost_little(rate, together, repeated):
+    motion = sines(7, 3, 1.0)
+    stamps, positions = samples(motion, rate, 8.0, 8, 1e-4)
+    odd = positions.copy()
+    for j in range(3):
+        for begin in range(rate // 2 + 11 * j, len(stamps) - rate // 2, rate // 2):
+            rows = slice(begin, begin + together)
+            odd[rows, j] = positions[begin - 1, j] if repeated else positions[rows, j] + 0.015
+    assert error_of(motion, smooth(stamps, odd)) < 1.2 * error_of(
+        motion, smooth(stamps, positions))
+
+
 def test_continuous_joint_is_unwrapped():
     stamps = np.arange(1000) / RATE
     wrapped = (3.0 * stamps + np.pi) % (2 * np.pi) - np.pi
