@@ -187,7 +187,7 @@ class _Output:
         if self._writer is None:
             self.unfinished = self._stack.enter_context(
                 Unfinished(self._task.folder, self._task.name))
-            self._writer = self._task.writer(self.unfinished.path)
+            self._writer = self._task.writer(self.unfinished.make())
         self._writer.write(robot, block)
 
     def close(self) -> None:

@@ -12,7 +12,7 @@ class Unfinished:
     """
     A temporary folder beside the outputs, which come to their places when all is well.
 
-    What an earlier try under this name left is removed.
+    It is made within the context, so that whatever comes in between finds it looked after.
     """
 
     def __init__(self, folder: Path, name: str) -> None:
@@ -21,14 +21,19 @@ class Unfinished:
         self.finished: list[Path] = []
 
     def __enter__(self) -> Unfinished:
-        shutil.rmtree(self.path, ignore_errors=True)
-        self.path.mkdir(parents=True)
         return self
 
     def __exit__(self, error: object, *_: object) -> None:
         if error is None:
             self._put(self.path)
-        shutil.rmtree(self.path)
+        if self.path.exists():
+            shutil.rmtree(self.path)
+
+    def make(self) -> Path:
+        """Make the folder; what an earlier try under this name left is removed."""
+        shutil.rmtree(self.path, ignore_errors=True)
+        self.path.mkdir(parents=True)
+        return self.path
 
     def _put(self, folder: Path) -> None:
         """Move what is in a folder to its place; folders that are there get what is new."""
