@@ -306,8 +306,7 @@ def compose(outer: Sequence[Array], inner: Sequence[Array]) -> list[Array]:
     total = []
     carried = [body_fixed_derivatives(outer, y, len(inner) - m) for m, y in enumerate(inner)]
     for n, x in enumerate(outer[:len(inner)], start=1):
-        added = sum(comb(n - 1, k) * carried[n - 1 - k][k] for k in range(n))
-        total.append(x + added)
+        total.append(x + sum(comb(n - 1, k) * carried[n - 1 - k][k] for k in range(n)))
     return total
 
 
